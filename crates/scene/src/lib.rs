@@ -1,1 +1,161 @@
-//! placeholder
+//! What is in a level, said once for every renderer: meshes, materials, emitters, lights, cameras.
+//!
+//! This is the one room that knows both vocabularies. The import turns Quake's files
+//! into the types of this crate; the renderers (`rt` on the GPU, `reference` on the CPU) know only
+//! these types. It also holds what every renderer is asked and what it answers ([`render`]).
+//!
+//! Conventions, everywhere unless a name says otherwise:
+//! - world space is Quake's: right-handed, Z up, one unit is about one inch;
+//! - triangles are counter-clockwise seen from the front, and `normal` points to the front;
+//! - radiance is scene-linear RGB with sRGB primaries; texels are sRGB-encoded bytes;
+//! - texture coordinates are in texels (not normalised), `v` downwards, wrapping.
+
+#![forbid(unsafe_code)]
+
+pub mod camera;
+pub mod emitter;
+pub mod light;
+
+pub mod material;
+pub mod mesh;
+pub mod render;
+pub mod sky;
+
+pub use camera::Camera;
+pub use emitter::{EmissiveTriangle, Emitters};
+pub use light::PointLight;
+pub use material::{Material, MaterialId, Surface, Texture, TextureId};
+pub use mesh::{Instance, Mesh, Triangle};
+pub use sky::Sky;
+
+use glam::Vec3;
+
+/// A level at one moment, ready to be rendered.
+///
+/// `meshes[0]` is the static world; every other mesh is a brush model that moves or repeats and is
+/// placed by one or more [`Instance`]s. `instances[0]` places the world with the identity.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Name for people and file names, for example `e1m1`.
+    pub name: String,
+    /// The level's own title (`message` of worldspawn), may be empty.
+    pub title: String,
+    /// Geometry, each in its own local space.
+    pub meshes: Vec<Mesh>,
+    /// Meshes placed in the world.
+    pub instances: Vec<Instance>,
+    /// What surfaces look like; indexed by [`MaterialId`].
+    pub materials: Vec<Material>,
+    /// Pictures; indexed by [`TextureId`].
+    pub textures: Vec<Texture>,
+    /// Every triangle that emits, with its share of the power.
+    pub emitters: Emitters,
+    /// Light entities as small spheres.
+    pub lights: Vec<PointLight>,
+    /// What sky faces show.
+    pub sky: Sky,
+    /// Places to look from; never empty after an import.
+    pub cameras: Vec<Camera>,
+    /// Smallest corner of all placed geometry, in world units.
+    pub bounds_min: Vec3,
+    /// Largest corner of all placed geometry, in world units.
+    pub bounds_max: Vec3,
+    /// What the scene contains, so that a pipeline models only that.
+    pub features: Features,
+    /// What the import found; for `info` and for people.
+    pub report: Report,
+}
+
+/// What a scene contains. A renderer leaves out what is not here.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Alpha-tested surfaces exist: shadow and path rays need an any-hit test on them.
+    pub fences: bool,
+    /// Liquid surfaces exist (drawn warped).
+    pub liquids: bool,
+    /// Sky faces exist.
+    pub sky: bool,
+    /// Emissive triangles other than the sky exist.
+    pub emissive_surfaces: bool,
+    /// Light entities exist and are switched on.
+    pub point_lights: bool,
+    /// Some of them are spotlights.
+    pub spotlights: bool,
+    /// Instances other than the world exist.
+    pub instances: bool,
+}
+
+impl Features {
+    /// The names of the features that are on, each with the reason it is, in a fixed order.
+    #[must_use]
+    pub fn described(&self) -> Vec<(&'static str, &'static str)> {
+        [
+            (
+                self.fences,
+                "fences",
+                "alpha-tested surfaces: any-hit shaders on those alone",
+            ),
+            (
+                self.liquids,
+                "liquids",
+                "liquid surfaces: warped texture coordinates",
+            ),
+            (self.sky, "sky", "sky faces: radiance by direction"),
+            (
+                self.emissive_surfaces,
+                "emissive surfaces",
+                "fullbright texels or glowing liquids",
+            ),
+            (
+                self.point_lights,
+                "point lights",
+                "light entities as small spheres",
+            ),
+            (self.spotlights, "spotlights", "light entities with a cone"),
+            (
+                self.instances,
+                "instances",
+                "brush models placed beside the static world",
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(on, name, why)| on.then_some((name, why)))
+        .collect()
+    }
+}
+
+/// Counts and remarks of an import.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Faces of the file that became triangles.
+    pub faces: usize,
+    /// Faces left out because they carry a tool texture or belong to an invisible entity.
+    pub faces_left_out: usize,
+    /// Edges of the static world's mesh that are not matched by an opposite edge.
+    pub open_edges: usize,
+    /// Vertices inserted into edges to remove T-junctions.
+    pub t_junctions_split: usize,
+    /// Whether the level is sealed: its compiler could compute visibility, so no ray should leave it.
+    pub sealed: bool,
+    /// Texels of emitting textures that emit at the chosen threshold, over all textures.
+    pub emissive_texels: usize,
+    /// Oddities that were repaired or skipped, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Triangles over all instances, as a ray can meet them.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.instances
+            .iter()
+            .map(|i| self.meshes[i.mesh].triangles.len())
+            .sum()
+    }
+
+    /// Largest distance between two points of the scene, in world units; at least 1.
+    #[must_use]
+    pub fn diameter(&self) -> f32 {
+        (self.bounds_max - self.bounds_min).length().max(1.0)
+    }
+}

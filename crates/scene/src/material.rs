@@ -1,0 +1,102 @@
+//! Materials and textures.
+
+/// Index into `Scene::materials`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// Index into `Scene::textures`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TextureId(pub u32);
+
+/// Largest albedo a renderer uses: texels are clamped to it, so that a path in a closed white room
+/// loses energy and ends.
+pub const MAX_ALBEDO: f32 = 0.99;
+
+/// An 8-bit picture, read with nearest sampling and wrapping.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// For people and debug names.
+    pub name: String,
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// `width * height` texels, rows from the top: sRGB-encoded red, green, blue, and alpha
+    /// (255 there, 0 a hole).
+    pub rgba: Vec<[u8; 4]>,
+}
+
+/// How a surface treats light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Surface {
+    /// A Lambertian reflector on both sides.
+    #[default]
+    Diffuse,
+    /// Shows the sky in the ray's direction and ends the path. Ignores the textures.
+    Sky,
+}
+
+/// What a surface looks like.
+///
+/// Radiance emitted to the front (or to both sides if [`Material::two_sided`]) is the decoded
+/// emission texel times [`Material::emission_scale`]; albedo is the decoded base texel, at most
+/// [`MAX_ALBEDO`].
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The texture's name in the level.
+    pub name: String,
+    /// Diffuse, or sky.
+    pub surface: Surface,
+    /// Base colour; its alpha decides the alpha test.
+    pub base: TextureId,
+    /// Emitted colour, of the same size as the base; black texels do not emit.
+    pub emission: Option<TextureId>,
+    /// Radiance of a white emission texel.
+    pub emission_scale: f32,
+    /// Density of choosing a point on this material for light sampling, per unit area and before
+    /// normalisation: the mean luminance of its emitted radiance. 0 if it does not emit.
+    ///
+    /// The probability density of a light sample at a point of a surface with this material is
+    /// `emission_weight / Emitters::total_weight` per unit area, wherever on the surface it lies.
+    pub emission_weight: f32,
+    /// Texels with alpha 0 are holes.
+    pub alpha_tested: bool,
+    /// Emits to both sides (liquid surfaces, which are one interface with two faces).
+    pub two_sided: bool,
+    /// The texture is warped like a liquid's; see [`warp`].
+    pub warped: bool,
+}
+
+/// Luminance of linear RGB with sRGB primaries (ITU-R BT.709).
+#[must_use]
+pub fn luminance(rgb: [f32; 3]) -> f32 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}
+
+/// Decodes one sRGB-encoded byte to a linear value in 0..=1 (IEC 61966-2-1).
+#[must_use]
+pub fn srgb_to_linear(encoded: u8) -> f64 {
+    let c = f64::from(encoded) / 255.0;
+    if c <= 0.04045 {
+        c / 12.92
+    } else {
+        ((c + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// Units that one tile of a warped texture covers, whatever its size in texels.
+pub const WARP_TILE: f64 = 64.0;
+
+/// Liquid warp at `time` (seconds): `u + 8 sin(2 pi v / 128 + time)`, likewise `v` (software
+/// Quake's turbulence).
+///
+/// Texture coordinates of warped materials are in world units instead of texels: the texel is
+/// `warp(uv) / WARP_TILE` times the texture's size.
+#[must_use]
+pub fn warp(uv: [f64; 2], time: f64) -> [f64; 2] {
+    let k = std::f64::consts::TAU / 128.0;
+    [
+        uv[0] + 8.0 * (uv[1] * k + time).sin(),
+        uv[1] + 8.0 * (uv[0] * k + time).sin(),
+    ]
+}
