@@ -1,1 +1,6 @@
-//! placeholder
+//! The command line of Runelight: everything between people and the renderers.
+
+pub mod metrics;
+pub mod output;
+pub mod picture;
+pub mod tonemap;

@@ -1,0 +1,157 @@
+//! The layers of a film by name, and how they are called in a file.
+
+use scene::render::Film;
+
+/// A layer of the film that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Layer {
+    /// Radiance.
+    Beauty,
+    /// Albedo at the first hit.
+    Albedo,
+    /// World-space normal at the first hit, towards the camera.
+    Normal,
+    /// Distance along the view direction, world units.
+    Depth,
+    /// First hit, world space.
+    Position,
+    /// Radiance emitted by what the camera sees.
+    Emission,
+    /// Light that was reflected once.
+    Direct,
+    /// Light that was reflected more than once.
+    Indirect,
+    /// Variance of the mean radiance.
+    Variance,
+    /// Samples behind the pixel.
+    Samples,
+    /// 1 + number of the face hit by the pixel's first sample.
+    Id,
+}
+
+/// The samples of a layer.
+#[derive(Debug)]
+pub enum Plane<'a> {
+    /// Three floats a pixel.
+    Rgb(&'a [[f32; 3]]),
+    /// One float a pixel.
+    Float(&'a [f32]),
+    /// One whole number a pixel.
+    Uint(&'a [u32]),
+    /// The same whole number everywhere.
+    Constant(u32),
+}
+
+impl Layer {
+    /// All layers in the order of the help text.
+    pub const ALL: [Self; 11] = [
+        Self::Beauty,
+        Self::Albedo,
+        Self::Normal,
+        Self::Depth,
+        Self::Position,
+        Self::Emission,
+        Self::Direct,
+        Self::Indirect,
+        Self::Variance,
+        Self::Samples,
+        Self::Id,
+    ];
+
+    /// The name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Beauty => "beauty",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::Depth => "depth",
+            Self::Position => "position",
+            Self::Emission => "emission",
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+            Self::Variance => "variance",
+            Self::Samples => "samples",
+            Self::Id => "id",
+        }
+    }
+
+    /// Channel names in an EXR. Beauty has the plain names every reader looks for; other layers
+    /// carry theirs as a prefix, which viewers and compositors show as groups.
+    #[must_use]
+    pub fn channels(self) -> Vec<String> {
+        let short: &[&str] = match self {
+            Self::Beauty => return ["R", "G", "B"].map(str::to_owned).to_vec(),
+            Self::Albedo | Self::Emission | Self::Direct | Self::Indirect | Self::Variance => {
+                &["R", "G", "B"]
+            }
+            Self::Normal | Self::Position => &["X", "Y", "Z"],
+            Self::Depth => &["Z"],
+            Self::Samples | Self::Id => &["V"],
+        };
+        short
+            .iter()
+            .map(|c| format!("{}.{c}", self.name()))
+            .collect()
+    }
+
+    /// Whether half precision is enough for this layer when colours are asked for in half.
+    /// Positions, depths and numbers stay 32 bits wide, and so does the variance, whose values
+    /// are often below the smallest half.
+    #[must_use]
+    pub fn may_be_half(self) -> bool {
+        !matches!(
+            self,
+            Self::Depth | Self::Position | Self::Variance | Self::Samples | Self::Id
+        )
+    }
+
+    /// Whether renderers collect this layer only when asked (`Settings::aovs`).
+    #[must_use]
+    pub fn is_aov(self) -> bool {
+        !matches!(self, Self::Beauty | Self::Variance | Self::Samples)
+    }
+
+    /// The layer's samples in `film`.
+    #[must_use]
+    pub fn plane(self, film: &Film) -> Plane<'_> {
+        match self {
+            Self::Beauty => Plane::Rgb(&film.beauty),
+            Self::Albedo => Plane::Rgb(&film.albedo),
+            Self::Normal => Plane::Rgb(&film.normal),
+            Self::Depth => Plane::Float(&film.depth),
+            Self::Position => Plane::Rgb(&film.position),
+            Self::Emission => Plane::Rgb(&film.emission),
+            Self::Direct => Plane::Rgb(&film.direct),
+            Self::Indirect => Plane::Rgb(&film.indirect),
+            Self::Variance => Plane::Rgb(&film.variance),
+            Self::Samples => Plane::Constant(film.samples),
+            Self::Id => Plane::Uint(&film.id),
+        }
+    }
+
+    /// Parses a comma-separated list, or `all`. Beauty is always part of the result; the order is
+    /// that of [`Layer::ALL`].
+    ///
+    /// # Errors
+    /// On an unknown name; the sentence lists the names that exist.
+    pub fn parse_list(list: &str) -> Result<Vec<Self>, String> {
+        let mut chosen = vec![Self::Beauty];
+        for name in list.split(',').map(str::trim).filter(|n| !n.is_empty()) {
+            match Self::ALL.into_iter().find(|l| l.name() == name) {
+                _ if name == "all" => chosen.extend(Self::ALL),
+                Some(layer) => chosen.push(layer),
+                None => {
+                    let names: Vec<&str> = Self::ALL.iter().map(|l| l.name()).collect();
+                    return Err(format!(
+                        "there is no layer {name:?}; there are {} and all",
+                        names.join(", ")
+                    ));
+                }
+            }
+        }
+        chosen.sort_unstable();
+        chosen.dedup();
+        Ok(chosen)
+    }
+}
