@@ -14,8 +14,8 @@
 
 pub mod camera;
 pub mod emitter;
+pub mod import;
 pub mod light;
-
 pub mod material;
 pub mod mesh;
 pub mod render;

@@ -1,0 +1,105 @@
+//! Item boxes: pickups and barrels that are brush models of their own (`maps/b_*.bsp`).
+
+use super::hull::Hull;
+use super::poses::{Pose, appears};
+use bsp::Bsp;
+use bsp::entity::Entity;
+use glam::{DVec3, Vec3};
+
+/// How far items fall at most, in world units.
+const MAX_DROP: f64 = 256.0;
+/// Space that stays between a fallen box and the floor (the engine's `DIST_EPSILON`).
+const FLOOR_GAP: f64 = 1.0 / 32.0;
+/// From the corner of an item's box (0,0,0 to 32,32,56) to the point that hull 1 moves.
+const CORNER_TO_HULL: DVec3 = DVec3::new(16.0, 16.0, 24.0);
+
+/// An item box as the level has it.
+pub struct Item<'a> {
+    /// File with the brush model.
+    pub file: &'static str,
+    /// Class of the entity.
+    pub classname: &'a str,
+    /// Corner of the box before it falls, world space.
+    pub origin: Vec3,
+    /// Rotation about +Z through the corner, degrees.
+    pub yaw_deg: f32,
+}
+
+/// The item boxes that appear at `skill`.
+pub fn items(entities: &[Entity], skill: u32) -> impl Iterator<Item = Item<'_>> {
+    entities
+        .iter()
+        .skip(1)
+        .filter(move |e| appears(e, skill))
+        .filter_map(|e| {
+            Some(Item {
+                file: file(e)?,
+                classname: e.classname(),
+                // Items start 6 units up and barrels 2, so that one standing in the floor by a
+                // rounding error falls too.
+                origin: Vec3::from(e.origin())
+                    + Vec3::Z * if is_barrel(e.classname()) { 2.0 } else { 6.0 },
+                yaw_deg: e.angles_deg().map_or(0.0, |a| a[1]),
+            })
+        })
+}
+
+fn is_barrel(classname: &str) -> bool {
+    classname.starts_with("misc_explobox")
+}
+
+/// The model of an entity that is an item box (the game code's own table).
+fn file(entity: &Entity) -> Option<&'static str> {
+    let flags = entity.spawnflags();
+    let big = |small, big| if flags & 1 != 0 { big } else { small };
+    Some(match entity.classname() {
+        "item_health" if flags & 1 != 0 => "maps/b_bh10.bsp",
+        "item_health" if flags & 2 != 0 => "maps/b_bh100.bsp",
+        "item_health" => "maps/b_bh25.bsp",
+        "item_shells" => big("maps/b_shell0.bsp", "maps/b_shell1.bsp"),
+        "item_spikes" => big("maps/b_nail0.bsp", "maps/b_nail1.bsp"),
+        "item_rockets" => big("maps/b_rock0.bsp", "maps/b_rock1.bsp"),
+        "item_cells" => big("maps/b_batt0.bsp", "maps/b_batt1.bsp"),
+        // The ammunition box of early levels.
+        "item_weapon" => match (flags & 7, flags & 8 != 0) {
+            (1, false) => "maps/b_shell0.bsp",
+            (1, true) => "maps/b_shell1.bsp",
+            (2, false) => "maps/b_rock0.bsp",
+            (2, true) => "maps/b_rock1.bsp",
+            (4, false) => "maps/b_nail0.bsp",
+            (4, true) => "maps/b_nail1.bsp",
+            _ => return None,
+        },
+        "misc_explobox" => "maps/b_explob.bsp",
+        "misc_explobox2" => "maps/b_exbox2.bsp",
+        _ => return None,
+    })
+}
+
+/// Where an item comes to rest. One that starts in solid or finds no floor stays where the level
+/// has it: engines would remove it, a picture rather shows it.
+pub fn rest(bsp: &Bsp, poses: &[Pose<'_>], origin: Vec3) -> Vec3 {
+    let mapped = origin;
+    let grown = Hull::new(bsp, 0, 1).is_some();
+    // Without clip hulls a point in the middle of the box's bottom has to do.
+    let (number, from_corner) = if grown {
+        (1, CORNER_TO_HULL)
+    } else {
+        (0, DVec3::new(16.0, 16.0, 0.0))
+    };
+    let start = origin.as_dvec3() + from_corner;
+    let world = std::iter::once((0, DVec3::ZERO));
+    let solids = poses.iter().filter(|p| p.solid);
+    let first = world
+        .chain(solids.map(|p| (p.model, p.offset.as_dvec3())))
+        .filter_map(|(model, offset)| {
+            let from = start - offset;
+            Hull::new(bsp, model, number)?.first_solid(from, from - DVec3::Z * MAX_DROP)
+        })
+        .fold(f64::INFINITY, f64::min);
+    if first <= 0.0 || first > 1.0 {
+        return mapped;
+    }
+    let z = f64::from(origin.z) - (first * MAX_DROP - FLOOR_GAP).max(0.0);
+    Vec3::new(origin.x, origin.y, z as f32)
+}

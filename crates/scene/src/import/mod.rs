@@ -1,0 +1,147 @@
+//! Quake's files into a [`Scene`]: the one place that knows both vocabularies.
+//!
+//! What the pictures rely on:
+//! - The mesh of each brush model is watertight where the level is: vertices within
+//!   [`weld::WELD_DISTANCE`] are one, every vertex within [`tjunction::ON_EDGE_DISTANCE`] of an edge
+//!   is part of that edge, and triangulation keeps the border of each face.
+//! - Brush entities often lie in one plane with faces of the world, and the entity wins: it is
+//!   scaled about the centre of its bounds so that each half extent grows by [`ENTITY_GROWTH`].
+//! - Liquid surfaces come in pairs that look both ways; one two-sided surface of each pair is kept.
+//! - Nothing is left out because it can't be seen from somewhere.
+
+mod cameras;
+mod emitters;
+mod geometry;
+mod hull;
+mod items;
+mod lights;
+mod names;
+mod notes;
+mod picture;
+mod poses;
+mod styles;
+mod surfaces;
+pub mod tjunction;
+pub mod triangulate;
+pub mod weld;
+mod world;
+
+pub use emitters::{LAMP_REACH, LAMP_SHARE};
+pub use lights::LIGHT_RADIUS;
+pub use styles::brightness as style_brightness;
+pub use surfaces::{LAVA_GLOW, SKY_SCALE, SLIME_GLOW, TELEPORTER_GLOW};
+pub use world::ENTITY_GROWTH;
+
+use crate::Scene;
+use bsp::Bsp;
+use bsp::entity::Entity;
+use bsp::lmp::Palette;
+use bsp::miptex::MipTex;
+
+/// What else a level can name: files beside it and textures in WADs.
+pub trait Assets {
+    /// Bytes of a file by its game path, for example `maps/b_bh25.bsp`; `None` if there is none.
+    fn file(&self, path: &str) -> Option<Vec<u8>>;
+    /// A texture, with its pixels, from the WADs that the level names; `None` if there is none.
+    fn texture(&self, name: &str) -> Option<MipTex>;
+}
+
+/// No game directory: item boxes are left out, external textures are missing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoAssets;
+
+impl Assets for NoAssets {
+    fn file(&self, _path: &str) -> Option<Vec<u8>> {
+        None
+    }
+    fn texture(&self, _name: &str) -> Option<MipTex> {
+        None
+    }
+}
+
+/// A level as read, with what belongs to it.
+pub struct Level<'a> {
+    /// Name for people and file names, for example `e1m1`.
+    pub name: &'a str,
+    /// The level.
+    pub bsp: &'a Bsp,
+    /// Its entities, worldspawn first, from the level or from a file that replaces them.
+    pub entities: &'a [Entity],
+    /// The game's colours.
+    pub palette: &'a Palette,
+    /// Files and textures beside it.
+    pub assets: &'a dyn Assets,
+    /// What reading the level found odd; it goes to the scene's report.
+    pub warnings: &'a bsp::Warnings,
+}
+
+/// Which of a level's lamps shine. The same lamp is often there twice: as a bright texture, and as
+/// a light entity beside it for the light compiler.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum LightMode {
+    /// Surfaces and light entities, without those entities that stand for a bright surface beside
+    /// them; see [`LAMP_REACH`].
+    #[default]
+    Auto,
+    /// Surfaces alone: fullbright texels, glowing liquids, sky.
+    Textures,
+    /// Light entities alone. The sky stays, it is no lamp.
+    Entities,
+    /// Everything, lamps that are there twice included.
+    All,
+}
+
+/// How to read a level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportOptions {
+    /// Level time in seconds: frames of animated textures, light styles.
+    pub time: f32,
+    /// Fullbright texels of at least this relative luminance (0 to 1) emit.
+    pub threshold: f32,
+    /// Radiance of a white fullbright texel. 1 shows it as in Quake; about 2 to 8 lights a room
+    /// like a lamp would.
+    pub emission_scale: f32,
+    /// Which lamps shine.
+    pub lights: LightMode,
+    /// Whether the gates of finished episodes are shown (`func_episodegate`).
+    pub show_episode_gates: bool,
+    /// Whether the gate to the last boss is shown (`func_bossgate`).
+    pub show_boss_gate: bool,
+    /// Skill of the single-player game whose entities appear: 0 easy, 1 normal, 2 hard, 3 nightmare.
+    pub skill: u32,
+    /// Limits for files that the import reads itself.
+    pub limits: bsp::Limits,
+}
+
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self {
+            time: 0.0,
+            threshold: 0.5,
+            emission_scale: 4.0,
+            lights: LightMode::Auto,
+            show_episode_gates: false,
+            show_boss_gate: true,
+            skill: 1,
+            limits: bsp::Limits::default(),
+        }
+    }
+}
+
+/// Why a level can't become a scene.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// Every face is a tool's, invisible, or without area.
+    #[error("{0}: the level has no face that can be drawn")]
+    NothingToDraw(String),
+}
+
+/// Turns a level into a scene.
+///
+/// # Errors
+/// [`ImportError::NothingToDraw`] if no triangle comes out. Everything else that is odd is a
+/// sentence in the scene's report.
+pub fn import(level: &Level<'_>, options: &ImportOptions) -> Result<Scene, ImportError> {
+    world::World::new(level, options).build()
+}

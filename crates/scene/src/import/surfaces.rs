@@ -1,0 +1,322 @@
+//! The textures of a level into materials.
+
+use super::names::NameKind;
+use super::notes::Notes;
+use super::picture::{self, Indexed, SKY_SIDE};
+use super::{Assets, ImportOptions, LightMode};
+use crate::material::{Material, MaterialId, Surface, Texture, TextureId};
+use crate::sky::{Sky, SkyKind};
+use bsp::Bsp;
+use bsp::lmp::Palette;
+use bsp::miptex::{Animation, MipTex};
+use glam::Vec3;
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// Radiance of lava, as a part of what a fullbright texel of the same colour emits.
+pub const LAVA_GLOW: f32 = 1.0;
+/// Radiance of a teleporter's surface, likewise.
+pub const TELEPORTER_GLOW: f32 = 0.5;
+/// Radiance of slime, likewise.
+pub const SLIME_GLOW: f32 = 0.1;
+/// Radiance of a white sky texel: the sky shows as bright as in Quake.
+pub const SKY_SCALE: f32 = 1.0;
+/// Sky where the level has no picture of one: a clouded evening, linear RGB.
+pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
+
+/// What all files of an import add their materials to.
+#[derive(Default)]
+pub struct MaterialSet {
+    /// All materials so far.
+    pub materials: Vec<Material>,
+    /// Per material, whether a light entity beside it stands for the same lamp.
+    pub lamps: Vec<bool>,
+    /// All pictures so far.
+    pub textures: Vec<Texture>,
+    /// The sky; the first sky texture that is drawn decides.
+    pub sky: Sky,
+    /// Texels that emit, over all emission pictures.
+    pub emissive_texels: usize,
+    sky_name: Option<String>,
+}
+
+impl MaterialSet {
+    fn add_texture(&mut self, texture: Texture) -> TextureId {
+        self.textures.push(texture);
+        TextureId(self.textures.len() as u32 - 1)
+    }
+
+    fn add(&mut self, material: Material, lamp: bool) -> MaterialId {
+        self.materials.push(material);
+        self.lamps.push(lamp);
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+}
+
+/// A surface as faces need it.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceSurface {
+    /// Kind, by the texture's name.
+    pub kind: NameKind,
+    /// Its material; unused for tools.
+    pub material: MaterialId,
+    /// Texels of the shown picture per texel that the level's coordinates count, both axes.
+    /// Differs from 1 only where frames of an animation have different sizes.
+    pub scale: [f64; 2],
+    /// Size of the shown picture.
+    pub size: [u32; 2],
+}
+
+/// The textures of one file, turned into materials when a face asks for them.
+pub struct Surfaces<'a> {
+    bsp: &'a Bsp,
+    palette: &'a Palette,
+    assets: &'a dyn Assets,
+    animation: Animation,
+    known: HashMap<(Option<usize>, bool), FaceSurface>,
+}
+
+impl<'a> Surfaces<'a> {
+    /// Surfaces of `bsp`.
+    pub fn new(
+        bsp: &'a Bsp,
+        palette: &'a Palette,
+        assets: &'a dyn Assets,
+        warnings: &mut bsp::Warnings,
+    ) -> Self {
+        Self {
+            bsp,
+            palette,
+            assets,
+            animation: Animation::new(&bsp.textures, warnings),
+            known: HashMap::new(),
+        }
+    }
+
+    /// The surface of texture `index` (`None` if the file lacks it) at the import's time;
+    /// `alternate` for entities whose `frame` is not 0.
+    pub fn get(
+        &mut self,
+        index: Option<usize>,
+        alternate: bool,
+        set: &mut MaterialSet,
+        options: &ImportOptions,
+        notes: &mut Notes,
+    ) -> FaceSurface {
+        if let Some(&known) = self.known.get(&(index, alternate)) {
+            return known;
+        }
+        let made = self.make(index, alternate, set, options, notes);
+        self.known.insert((index, alternate), made);
+        made
+    }
+
+    fn make(
+        &self,
+        index: Option<usize>,
+        alternate: bool,
+        set: &mut MaterialSet,
+        options: &ImportOptions,
+        notes: &mut Notes,
+    ) -> FaceSurface {
+        let texture_at = |i: usize| self.bsp.textures.get(i).and_then(Option::as_ref);
+        let shown = index.map(|i| {
+            self.animation
+                .frame_at(i, f64::from(options.time), alternate)
+        });
+        let (Some(named), Some(shown)) = (index.and_then(texture_at), shown.and_then(texture_at))
+        else {
+            return missing("no texture", NameKind::Plain, set, notes);
+        };
+        let kind = NameKind::of(&named.name);
+        if kind == NameKind::Tool {
+            return FaceSurface {
+                kind,
+                material: MaterialId(0),
+                scale: [1.0; 2],
+                size: [1; 2],
+            };
+        }
+        let full = with_pixels(shown, self.assets);
+        let Some(full) = full else {
+            if kind == NameKind::Sky {
+                return self.sky(None, &named.name, set, notes);
+            }
+            return missing(&shown.name, kind, set, notes);
+        };
+        let indexed = Indexed::new(&full, self.palette, kind == NameKind::Fence);
+        if kind == NameKind::Sky {
+            return self.sky(Some(indexed), &named.name, set, notes);
+        }
+        let mut material = Material {
+            name: named.name.clone(),
+            surface: Surface::Diffuse,
+            base: set.add_texture(indexed.base()),
+            emission: None,
+            emission_scale: options.emission_scale,
+            emission_weight: 0.0,
+            alpha_tested: kind == NameKind::Fence,
+            two_sided: kind.is_liquid(),
+            warped: kind.is_liquid(),
+        };
+        if options.lights != LightMode::Entities {
+            emit(&mut material, &indexed, kind, set, options);
+        }
+        let lamp = material.emission_weight > 0.0 && kind != NameKind::Slime;
+        // Coordinates count texels of the picture that the face names, even while another frame
+        // of another size is shown; a WAD's picture is used at the size that the level says.
+        let scale = [
+            f64::from(full.width) / f64::from(named.width),
+            f64::from(full.height) / f64::from(named.height),
+        ];
+        FaceSurface {
+            kind,
+            scale,
+            size: [full.width, full.height],
+            material: set.add(material, lamp),
+        }
+    }
+
+    fn sky(
+        &self,
+        picture: Option<Indexed<'_>>,
+        name: &str,
+        set: &mut MaterialSet,
+        notes: &mut Notes,
+    ) -> FaceSurface {
+        if let Some(first) = set.sky_name.as_ref().filter(|first| *first != name) {
+            notes.add("second sky", || {
+                format!("sky texture {name:?} shows the sky of {first:?}: a level has one sky")
+            });
+        }
+        if set.sky_name.is_none() {
+            set.sky_name = Some(name.to_owned());
+            set.sky = match picture {
+                Some(picture) => {
+                    let (w, h) = (picture.miptex.width, picture.miptex.height);
+                    if (w, h) != (2 * SKY_SIDE, SKY_SIDE) {
+                        notes.add("sky size", || {
+                            format!(
+                                "sky texture {name:?} is {w}x{h} instead of 256x128: it is split \
+                                 in the middle and resampled"
+                            )
+                        });
+                    }
+                    let [back, front] = picture.sky_layers().map(|t| set.add_texture(t));
+                    Sky {
+                        kind: SkyKind::Scrolling { back, front },
+                        scale: SKY_SCALE,
+                    }
+                }
+                None => {
+                    notes.add("sky missing", || {
+                        format!("sky texture {name:?} has no pixels: the sky has one plain colour")
+                    });
+                    Sky {
+                        kind: SkyKind::Flat(FLAT_SKY),
+                        scale: SKY_SCALE,
+                    }
+                }
+            };
+        }
+        let texture = |id: TextureId| &set.textures[id.0 as usize];
+        let (base, mean) = match set.sky.kind {
+            SkyKind::Scrolling { back, front } => {
+                (back, picture::sky_luminance(texture(back), texture(front)))
+            }
+            SkyKind::Flat(radiance) => (
+                set.add_texture(picture::checkerboard(name)),
+                crate::material::luminance(radiance.to_array()),
+            ),
+            SkyKind::None => (set.add_texture(picture::checkerboard(name)), 0.0),
+        };
+        let material = Material {
+            name: name.to_owned(),
+            surface: Surface::Sky,
+            base,
+            emission: None,
+            emission_scale: 0.0,
+            emission_weight: mean * set.sky.scale,
+            alpha_tested: false,
+            two_sided: false,
+            warped: false,
+        };
+        FaceSurface {
+            kind: NameKind::Sky,
+            material: set.add(material, false),
+            scale: [1.0; 2],
+            size: [SKY_SIDE; 2],
+        }
+    }
+}
+
+/// The texture with its pixels, from a WAD if need be.
+fn with_pixels<'a>(texture: &'a MipTex, assets: &dyn Assets) -> Option<Cow<'a, MipTex>> {
+    if texture.has_pixels() {
+        return Some(Cow::Borrowed(texture));
+    }
+    let found = assets.texture(&texture.name)?;
+    let complete = found.width > 0
+        && found.height > 0
+        && found.pixels.len() as u64 == u64::from(found.width) * u64::from(found.height);
+    complete.then_some(Cow::Owned(found))
+}
+
+fn missing(name: &str, kind: NameKind, set: &mut MaterialSet, notes: &mut Notes) -> FaceSurface {
+    notes.add("missing textures", || {
+        format!("texture {name:?} has no pixels here: a checkerboard stands in")
+    });
+    let picture = picture::checkerboard(name);
+    let size = [picture.width, picture.height];
+    let material = Material {
+        name: name.to_owned(),
+        surface: Surface::Diffuse,
+        base: set.add_texture(picture),
+        emission: None,
+        emission_scale: 0.0,
+        emission_weight: 0.0,
+        alpha_tested: false,
+        two_sided: kind.is_liquid(),
+        warped: kind.is_liquid(),
+    };
+    FaceSurface {
+        kind,
+        material: set.add(material, false),
+        scale: [1.0; 2],
+        size,
+    }
+}
+
+/// Lets a material emit: glowing liquids as a whole, others where texels are fullbright.
+fn emit(
+    material: &mut Material,
+    indexed: &Indexed<'_>,
+    kind: NameKind,
+    set: &mut MaterialSet,
+    options: &ImportOptions,
+) {
+    let glow = match kind {
+        NameKind::Lava => Some(LAVA_GLOW),
+        NameKind::Teleporter => Some(TELEPORTER_GLOW),
+        NameKind::Slime => Some(SLIME_GLOW),
+        _ => None,
+    };
+    let emission = if let Some(glow) = glow {
+        material.emission_scale *= glow;
+        set.emissive_texels += set.textures[material.base.0 as usize].rgba.len();
+        material.base
+    } else if let Some((picture, texels)) = indexed.emission(options.threshold) {
+        set.emissive_texels += texels;
+        set.add_texture(picture)
+    } else {
+        return;
+    };
+    let mean = picture::mean_luminance(&set.textures[emission.0 as usize]);
+    let sides = if material.two_sided { 2.0 } else { 1.0 };
+    material.emission_weight = mean * material.emission_scale * sides;
+    material.emission = Some(emission);
+    if !(material.emission_weight > 0.0) {
+        material.emission = None;
+        material.emission_weight = 0.0;
+    }
+}

@@ -1,0 +1,472 @@
+//! Puts a scene together: meshes, instances, lights, cameras, report.
+
+use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
+use super::names::NameKind;
+use super::notes::Notes;
+use super::poses::Pose;
+use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
+use super::{ImportError, ImportOptions, Level, LightMode};
+use super::{cameras, emitters, hull, items, lights, poses};
+use crate::emitter::Emitters;
+use crate::material::{MaterialId, Surface, WARP_TILE};
+use crate::mesh::{Instance, Mesh};
+use crate::{Features, Report, Scene};
+use bsp::Bsp;
+use bsp::bsp::{Face, Texinfo, contents};
+use glam::{Affine3A, DVec3, Quat, Vec3};
+use std::collections::{BTreeMap, HashSet};
+
+/// How far each face of a brush entity's bounds is moved outwards, in world units, so that it lies
+/// before the world's faces that share its plane.
+pub const ENTITY_GROWTH: f32 = 1.0 / 64.0;
+
+/// Entities that grow by more than this factor are left as they are: flat ones have no inside to
+/// scale from.
+const MAX_GROWTH_FACTOR: f32 = 1.25;
+
+/// An import under way.
+pub struct World<'a> {
+    level: &'a Level<'a>,
+    options: &'a ImportOptions,
+    set: MaterialSet,
+    notes: Notes,
+    warnings: bsp::Warnings,
+    report: Report,
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+}
+
+impl<'a> World<'a> {
+    /// Begins an import.
+    pub fn new(level: &'a Level<'a>, options: &'a ImportOptions) -> Self {
+        Self {
+            level,
+            options,
+            set: MaterialSet::default(),
+            notes: Notes::default(),
+            warnings: level.warnings.clone(),
+            report: Report::default(),
+            meshes: Vec::new(),
+            instances: Vec::new(),
+        }
+    }
+
+    /// Does all of it.
+    pub fn build(mut self) -> Result<Scene, ImportError> {
+        let Level { bsp, entities, .. } = *self.level;
+        let mut surfaces = Surfaces::new(
+            bsp,
+            self.level.palette,
+            self.level.assets,
+            &mut self.warnings,
+        );
+        let world = self.model_mesh(&mut surfaces, bsp, 0, false);
+        self.report.open_edges = world.open_edges;
+        self.meshes.push(mesh("world", world));
+        self.instances.push(Instance {
+            mesh: 0,
+            transform: Affine3A::IDENTITY,
+            name: "worldspawn".to_owned(),
+        });
+        let (poses, hidden) = poses::poses(bsp, entities, self.options, &mut self.notes);
+        for model in hidden {
+            self.report.faces_left_out += bsp.drawable_faces(model).count();
+        }
+        self.brush_entities(&mut surfaces, &poses);
+        self.item_boxes(&poses);
+        self.finish()
+    }
+
+    /// The mesh of one brush model. Tool faces are left out and counted.
+    fn model_mesh(
+        &mut self,
+        surfaces: &mut Surfaces<'_>,
+        bsp: &Bsp,
+        model: usize,
+        alternate: bool,
+    ) -> ModelMesh {
+        let mut polygons = Vec::new();
+        for (index, face) in bsp.drawable_faces(model) {
+            let surface = surfaces.get(
+                bsp.face_texture(face),
+                alternate,
+                &mut self.set,
+                self.options,
+                &mut self.notes,
+            );
+            if surface.kind == NameKind::Tool {
+                self.report.faces_left_out += 1;
+            } else if let Some(polygon) = polygon(bsp, index, face, &surface) {
+                polygons.push(polygon);
+            }
+        }
+        let built = geometry::build(&polygons);
+        self.report.faces += built.faces;
+        self.report.t_junctions_split += built.inserted;
+        if built.exhausted {
+            self.notes.add("edges", || {
+                format!(
+                    "brush model {model} has so many vertices on edges that not all are split: \
+                     light may leak"
+                )
+            });
+        }
+        built
+    }
+
+    fn brush_entities(&mut self, surfaces: &mut Surfaces<'_>, poses: &[Pose<'_>]) {
+        let bsp = self.level.bsp;
+        let mut merged = HashSet::new();
+        // Meshes of models that are instanced, by model and texture frames shown.
+        let mut known: BTreeMap<(usize, bool), Option<usize>> = BTreeMap::new();
+        for pose in poses {
+            let growth = growth(bounds(bsp, pose.model));
+            // A second entity of the same model is an instance, so that a few bytes of entity text
+            // can't make many triangles.
+            if pose.fixed && merged.insert(pose.model) {
+                let mut part = self.model_mesh(surfaces, bsp, pose.model, pose.alternate);
+                for p in &mut part.positions {
+                    *p = growth.transform_point3(*p);
+                }
+                append(&mut self.meshes[0], part);
+                continue;
+            }
+            let key = (pose.model, pose.alternate);
+            let index = match known.get(&key) {
+                Some(&index) => index,
+                None => {
+                    let part = self.model_mesh(surfaces, bsp, pose.model, pose.alternate);
+                    let index = (!part.triangles.is_empty()).then(|| {
+                        self.meshes.push(mesh(&format!("*{}", pose.model), part));
+                        self.meshes.len() - 1
+                    });
+                    known.insert(key, index);
+                    index
+                }
+            };
+            if let Some(mesh) = index {
+                self.instances.push(Instance {
+                    mesh,
+                    transform: Affine3A::from_translation(pose.offset) * growth,
+                    name: pose.classname.to_owned(),
+                });
+            }
+        }
+    }
+
+    fn item_boxes(&mut self, poses: &[Pose<'_>]) {
+        let mut known: BTreeMap<&str, Option<(usize, Affine3A)>> = BTreeMap::new();
+        for item in items::items(self.level.entities, self.options.skill) {
+            let made = match known.get(item.file) {
+                Some(&made) => made,
+                None => {
+                    let made = self.item_mesh(item.file);
+                    known.insert(item.file, made);
+                    made
+                }
+            };
+            let Some((mesh, growth)) = made else { continue };
+            let place = Affine3A::from_rotation_translation(
+                Quat::from_rotation_z(item.yaw_deg.to_radians()),
+                items::rest(self.level.bsp, poses, item.origin),
+            );
+            self.instances.push(Instance {
+                mesh,
+                transform: place * growth,
+                name: item.classname.to_owned(),
+            });
+        }
+    }
+
+    fn item_mesh(&mut self, file: &str) -> Option<(usize, Affine3A)> {
+        let Some(data) = self.level.assets.file(file) else {
+            self.notes.add("item boxes", || {
+                format!("item boxes are not shown: there is no {file} beside the level")
+            });
+            return None;
+        };
+        let mut warnings = bsp::Warnings::new();
+        let bsp = match Bsp::parse(&data, &self.options.limits, &mut warnings) {
+            Ok(bsp) => bsp,
+            Err(error) => {
+                self.notes.add(file, || format!("{file}: {error}"));
+                return None;
+            }
+        };
+        let mut surfaces =
+            Surfaces::new(&bsp, self.level.palette, self.level.assets, &mut warnings);
+        for warning in warnings.iter() {
+            self.notes.add(&format!("{file} {warning}"), || {
+                format!("{file}: {warning}")
+            });
+        }
+        let part = self.model_mesh(&mut surfaces, &bsp, 0, false);
+        (!part.triangles.is_empty()).then(|| {
+            self.meshes.push(mesh(file, part));
+            (self.meshes.len() - 1, growth(bounds(&bsp, 0)))
+        })
+    }
+
+    fn finish(mut self) -> Result<Scene, ImportError> {
+        let Level { bsp, entities, .. } = *self.level;
+        for mesh in &mut self.meshes {
+            alpha_tested_last(mesh, |m| self.set.materials[m.0 as usize].alpha_tested);
+        }
+        if self.meshes.iter().all(|m| m.triangles.is_empty()) {
+            return Err(ImportError::NothingToDraw(self.level.name.to_owned()));
+        }
+        let mut bounds_min = Vec3::INFINITY;
+        let mut bounds_max = Vec3::NEG_INFINITY;
+        for instance in &self.instances {
+            let mesh = &self.meshes[instance.mesh];
+            for vertex in mesh.triangles.iter().flat_map(|t| t.vertices) {
+                let p = mesh.positions[vertex as usize];
+                let p = instance.transform.transform_point3(p);
+                bounds_min = bounds_min.min(p);
+                bounds_max = bounds_max.max(p);
+            }
+        }
+        let triangles =
+            emitters::emissive_triangles(&self.meshes, &self.instances, &self.set.materials);
+        let lights = match self.options.lights {
+            LightMode::Textures => Vec::new(),
+            _ => lights::lights(bsp, entities, f64::from(self.options.time), &mut self.notes),
+        };
+        let (lights, twice) =
+            emitters::choose_lights(lights, self.options.lights, &triangles, |t| {
+                let mesh = &self.meshes[self.instances[t.instance as usize].mesh];
+                let material = mesh.triangles[t.triangle as usize].material;
+                self.set.lamps[material.0 as usize]
+            });
+        if twice > 0 {
+            self.notes.add("lamps twice", || {
+                format!("{twice} light entities stand for bright surfaces beside them: left out")
+            });
+        }
+        self.remark_what_is_not_modelled();
+
+        let used = self.meshes.iter().flat_map(|m| &m.triangles);
+        let mut is_used = vec![false; self.set.materials.len()];
+        used.for_each(|t| is_used[t.material.0 as usize] = true);
+        let any = |test: &dyn Fn(&crate::Material) -> bool| {
+            (self.set.materials.iter().zip(&is_used)).any(|(m, &used)| used && test(m))
+        };
+        let features = Features {
+            fences: any(&|m| m.alpha_tested),
+            liquids: any(&|m| m.warped),
+            sky: any(&|m| m.surface == Surface::Sky),
+            emissive_surfaces: any(&|m| m.surface != Surface::Sky && m.emission_weight > 0.0),
+            point_lights: !lights.is_empty(),
+            spotlights: lights.iter().any(|l| l.spot.is_some()),
+            instances: self.instances.len() > 1,
+        };
+        let world = entities.first();
+        self.report.emissive_texels = self.set.emissive_texels;
+        self.report.sealed = is_sealed(bsp);
+        self.report.warnings = (self.warnings.iter().map(ToString::to_string))
+            .chain(self.notes.into_sentences())
+            .collect();
+        Ok(Scene {
+            name: self.level.name.to_owned(),
+            title: world
+                .and_then(|w| w.get("message"))
+                .map(|m| bsp::entity::unescape(m).trim().to_owned())
+                .unwrap_or_default(),
+            emitters: Emitters::new(triangles, &lights),
+            lights,
+            meshes: self.meshes,
+            instances: self.instances,
+            materials: self.set.materials,
+            textures: self.set.textures,
+            sky: self.set.sky,
+            cameras: cameras::cameras(bsp, entities),
+            bounds_min,
+            bounds_max,
+            features,
+            report: self.report,
+        })
+    }
+
+    /// Says what the level asks for and the scene does not have.
+    fn remark_what_is_not_modelled(&mut self) {
+        let Some(world) = self.level.entities.first() else {
+            return;
+        };
+        let notes = &mut self.notes;
+        if let Some(name) = world
+            .get_any(&["sky", "skyname", "qlsky"])
+            .filter(|s| !s.is_empty())
+        {
+            notes.add("skybox", || {
+                format!("the skybox {name:?} is not modelled: the scrolling sky is shown")
+            });
+        }
+        if world
+            .float_loose("fog")
+            .is_some_and(|density| density > 0.0)
+        {
+            notes.add("fog", || "fog is not modelled".to_owned());
+        }
+        for key in ["wateralpha", "lavaalpha", "slimealpha", "telealpha"] {
+            if world.float_loose(key).is_some_and(|a| a > 0.0 && a < 1.0) {
+                notes.add("liquid alpha", || {
+                    "see-through liquids are not modelled: their surfaces are opaque".to_owned()
+                });
+            }
+        }
+        let sun_keys = ["sunlight", "sunlight2", "sunlight3", "sun2"];
+        let sun_key = |key: &&str| world.float_loose(key).is_some_and(|v| v != 0.0);
+        let is_sun = |e: &bsp::entity::Entity| {
+            e.classname().starts_with("light")
+                && ["sun", "sunlight2", "sunlight3"]
+                    .iter()
+                    .any(|key| e.float_loose(key).is_some_and(|v| v != 0.0))
+        };
+        if sun_keys.iter().any(|k| sun_key(&k)) || self.level.entities.iter().any(is_sun) {
+            notes.add("suns", || {
+                "suns (_sunlight and the like) are not modelled: only the sky itself shines"
+                    .to_owned()
+            });
+        }
+        if self.set.materials.iter().any(|m| m.warped) {
+            notes.add("liquids", || {
+                "liquid surfaces are opaque: water reflects light evenly, lava, teleporters and \
+                 slime glow"
+                    .to_owned()
+            });
+        }
+    }
+}
+
+/// Whether the level's outside is solid: a compiler fills it only if no path leads out of the
+/// level. Several points are asked, well outside of everything drawn.
+fn is_sealed(bsp: &Bsp) -> bool {
+    let Some(tree) = hull::Hull::new(bsp, 0, 0) else {
+        return false;
+    };
+    let model = &bsp.models[0];
+    let lo = DVec3::from(model.mins.map(f64::from));
+    let hi = DVec3::from(model.maxs.map(f64::from));
+    if !(lo.is_finite() && hi.is_finite()) {
+        return false;
+    }
+    let middle = (lo + hi) / 2.0;
+    let far = (hi - lo) / 2.0 + 64.0;
+    (0..27).filter(|&i| i != 13).all(|i| {
+        let way = DVec3::new(
+            f64::from(i % 3 - 1),
+            f64::from(i / 3 % 3 - 1),
+            f64::from(i / 9 - 1),
+        );
+        tree.contents(middle + way * far) == Some(contents::SOLID)
+    })
+}
+
+/// Bounds of a brush model as the file has them, or of its faces where the file's do not hold them.
+fn bounds(bsp: &Bsp, model: usize) -> (Vec3, Vec3) {
+    let Some(record) = bsp.models.get(model) else {
+        return (Vec3::ZERO, Vec3::ZERO);
+    };
+    let mut lo = Vec3::INFINITY;
+    let mut hi = Vec3::NEG_INFINITY;
+    for (_, face) in bsp.drawable_faces(model) {
+        for p in bsp.face_points(face).into_iter().flatten() {
+            lo = lo.min(Vec3::from(p));
+            hi = hi.max(Vec3::from(p));
+        }
+    }
+    let [mins, maxs] = [record.mins, record.maxs].map(Vec3::from);
+    let holds = mins.cmple(lo + 1.0).all() && maxs.cmpge(hi - 1.0).all();
+    let sane = (maxs - mins).max_element() <= 2.0 * (hi - lo).max_element() + 64.0;
+    if holds && sane {
+        (mins, maxs)
+    } else {
+        (lo, hi)
+    }
+}
+
+/// The scaling that makes an entity win over coplanar faces of the world.
+fn growth((lo, hi): (Vec3, Vec3)) -> Affine3A {
+    if !(lo.is_finite() && hi.is_finite()) {
+        return Affine3A::IDENTITY;
+    }
+    let centre = (lo + hi) / 2.0;
+    let half = (hi - lo) / 2.0;
+    let factor = ((half + ENTITY_GROWTH) / half).map(|f| {
+        if f.is_finite() && f <= MAX_GROWTH_FACTOR {
+            f
+        } else {
+            1.0
+        }
+    });
+    Affine3A::from_translation(centre)
+        * Affine3A::from_scale(factor)
+        * Affine3A::from_translation(-centre)
+}
+
+fn polygon(bsp: &Bsp, index: usize, face: &Face, surface: &FaceSurface) -> Option<FacePolygon> {
+    let mut points: Vec<Vec3> = bsp.face_points(face)?.map(Vec3::from).collect();
+    // The file runs clockwise.
+    points.reverse();
+    let normal = DVec3::from(bsp.face_plane(face)?.normal.map(f64::from));
+    Some(FacePolygon {
+        points,
+        normal: normal.try_normalize()?,
+        material: surface.material,
+        liquid: surface.kind.is_liquid(),
+        face: u32::try_from(index).ok()?,
+        mapping: mapping(bsp.face_texinfo(face), surface),
+    })
+}
+
+fn mapping(texinfo: Option<&Texinfo>, surface: &FaceSurface) -> TextureMapping {
+    let usable = |axis: [f32; 4]| axis.iter().all(|c| c.abs() <= 1e6);
+    let (s, t) = match texinfo {
+        Some(info) if usable(info.s) && usable(info.t) => {
+            (info.s.map(f64::from), info.t.map(f64::from))
+        }
+        _ => ([0.0; 4], [0.0; 4]),
+    };
+    if surface.kind.is_liquid() {
+        // The warp repeats every 128 units, a whole number of tiles.
+        let without_offset = |[x, y, z, _]: [f64; 4]| [x, y, z, 0.0];
+        return TextureMapping {
+            s: without_offset(s),
+            t: without_offset(t),
+            tile: [2.0 * WARP_TILE; 2],
+        };
+    }
+    TextureMapping {
+        s: s.map(|c| c * surface.scale[0]),
+        t: t.map(|c| c * surface.scale[1]),
+        tile: surface.size.map(f64::from),
+    }
+}
+
+fn mesh(name: &str, part: ModelMesh) -> Mesh {
+    Mesh {
+        name: name.to_owned(),
+        positions: part.positions,
+        first_alpha_tested: part.triangles.len(),
+        triangles: part.triangles,
+    }
+}
+
+fn append(mesh: &mut Mesh, part: ModelMesh) {
+    let base = mesh.positions.len() as u32;
+    mesh.positions.extend(part.positions);
+    mesh.triangles
+        .extend(part.triangles.into_iter().map(|mut t| {
+            t.vertices = t.vertices.map(|v| v + base);
+            t
+        }));
+}
+
+fn alpha_tested_last(mesh: &mut Mesh, is_alpha_tested: impl Fn(MaterialId) -> bool) {
+    let (fences, opaque): (Vec<_>, Vec<_>) = std::mem::take(&mut mesh.triangles)
+        .into_iter()
+        .partition(|t| is_alpha_tested(t.material));
+    mesh.first_alpha_tested = opaque.len();
+    mesh.triangles = opaque;
+    mesh.triangles.extend(fences);
+}
