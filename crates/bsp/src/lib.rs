@@ -19,10 +19,20 @@
 pub mod bsp;
 pub mod entity;
 mod error;
+pub mod level;
 pub mod lmp;
+pub mod mdl;
 pub mod miptex;
 pub mod pak;
 mod reader;
+pub mod search;
+mod sniff;
+pub mod spr;
+pub mod styles;
+pub mod wad;
 
 pub use bsp::Bsp;
 pub use error::{ErrorKind, FormatError, Limits, Warning, WarningKind, Warnings};
+pub use level::Level;
+pub use search::{LoadError, SearchPath};
+pub use sniff::{FileKind, sniff};

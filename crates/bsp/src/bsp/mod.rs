@@ -5,10 +5,17 @@
 //! marksurface ranges of leafs and children of nodes and clipnodes are in range; what else may
 //! still be bad says so at its field and has a method that deals with it.
 
+pub mod bspx;
+mod hull;
+mod lighting;
 mod records;
 mod validate;
+mod vis;
 
+pub use hull::{HULL_BOXES, TRACE_EPSILON, Trace};
+pub use lighting::{Extents, FaceLight, LUXEL, LightSamples, Lightmap, e5bgr9};
 pub use records::{Clipnode, Face, FaceFlaw, Leaf, Model, Node, NodeChild, Plane, Texinfo};
+pub use vis::{Pvs, decompress};
 
 use crate::error::{ErrorKind, FormatError, Limits, WarningKind, Warnings};
 use crate::miptex::{self, MipTex};
@@ -141,6 +148,11 @@ pub struct Bsp {
     pub lighting: Vec<u8>,
     /// Entity text as stored.
     pub entity_text: Vec<u8>,
+    /// Lumps of the `BSPX` directory.
+    pub bspx: bspx::Bspx,
+    /// Whether the lighting lump has three bytes for each sample: a Half-Life level that says it
+    /// is of version 29.
+    pub rgb_lighting: bool,
     /// For each node, whether what hangs below it must not be followed.
     bad_nodes: Vec<bool>,
     /// For each clipnode, the same.
@@ -194,10 +206,16 @@ impl Bsp {
             visibility: lumps.bytes(4).to_vec(),
             lighting: lumps.bytes(8).to_vec(),
             entity_text: lumps.bytes(0).to_vec(),
+            bspx: bspx::Bspx::default(),
+            rgb_lighting: false,
             bad_nodes: Vec::new(),
             bad_clipnodes: Vec::new(),
         };
         validate::validate(&mut bsp, limits, warnings)?;
+        let counts = bspx::Counts::of(&bsp);
+        bsp.bspx = bspx::Bspx::read(data, lumps.end(), &counts, warnings);
+        bsp.check_visibility(warnings);
+        bsp.check_lighting(limits, warnings);
         Ok(bsp)
     }
 
@@ -434,6 +452,12 @@ impl<'a> Lumps<'a> {
 
     fn get(&self, lump: usize) -> (u64, &'a [u8]) {
         self.lumps.get(lump).copied().unwrap_or_default()
+    }
+
+    /// Where the last lump ends.
+    fn end(&self) -> usize {
+        let ends = self.lumps.iter().map(|(o, b)| *o as usize + b.len());
+        ends.max().unwrap_or(0).max(HEADER_SIZE)
     }
 
     fn bytes(&self, lump: usize) -> &'a [u8] {

@@ -185,7 +185,7 @@ fn models(bsp: &mut Bsp, warnings: &mut Warnings) {
     }
 }
 
-fn leafs(bsp: &mut Bsp, warnings: &mut Warnings) {
+pub(super) fn leafs(bsp: &mut Bsp, warnings: &mut Warnings) {
     let marks = bsp.marksurfaces.len();
     let count = bsp.leafs.len();
     if bsp.format == super::Format::Bsp29 && count > MAX_LEAFS_29 {
