@@ -1,1 +1,247 @@
-//! placeholder
+//! The reference renderer: a path tracer on the CPU in double precision.
+//!
+//! It is the judge of the renderer on the GPU and the renderer of machines without one. What it
+//! computes is said in `docs/transport.md`; it shares that meaning with the GPU, and neither
+//! arithmetic nor random numbers.
+//!
+//! A pixel's picture depends on the scene, the settings and the number of samples alone: not on
+//! the number of threads, nor on how the samples are split into calls.
+//!
+//! ```
+//! use reference::Reference;
+//! use scene::render::{Estimator, Renderer, Settings};
+//! use std::sync::Arc;
+//!
+//! let settings = Settings {
+//!     width: 4,
+//!     height: 3,
+//!     camera: scene::Camera {
+//!         name: String::new(),
+//!         position: glam::Vec3::ZERO,
+//!         pitch_deg: 0.0,
+//!         yaw_deg: 0.0,
+//!         roll_deg: 0.0,
+//!         fov_deg: scene::camera::DEFAULT_FOV_DEG,
+//!     },
+//!     estimator: Estimator::Mis,
+//!     depth: 3,
+//!     time: 0.0,
+//!     seed: 0,
+//!     aovs: false,
+//! };
+//! let mut renderer = Reference::new(Arc::new(scene::Scene::default()), &settings)?;
+//! renderer.accumulate(2)?;
+//! assert_eq!(renderer.film()?.counters.escaped, 24);
+//! # Ok::<(), reference::Error>(())
+//! ```
+
+#![forbid(unsafe_code)]
+
+mod bvh;
+mod film;
+mod integrator;
+mod lights;
+mod rng;
+pub mod shading;
+mod triangle;
+mod world;
+
+use film::{LayerSums, PixelSums};
+use integrator::{PathSample, trace_path};
+use rayon::prelude::*;
+use rng::Rng;
+use scene::Scene;
+use scene::camera::ViewBasis;
+use scene::render::{Counters, Film, Renderer, Settings};
+use std::ops::Range;
+use std::sync::Arc;
+use triangle::Ray;
+use world::World;
+
+/// Why a picture can't be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The picture has no pixels.
+    #[error("the picture must be at least 1 pixel wide and high")]
+    EmptyPicture,
+    /// The sums of all pixels do not fit into memory.
+    #[error("not enough memory for {0} pixels")]
+    OutOfMemory(u64),
+    /// The scene contradicts itself; says how.
+    #[error("the scene is invalid: {0}")]
+    InvalidScene(&'static str),
+    /// More samples than can be counted.
+    #[error("a pixel can have at most {} samples", u32::MAX)]
+    TooManySamples,
+}
+
+/// Pixels that one task renders.
+const CHUNK: usize = 64;
+
+/// The renderer: a scene, settings, and the sums so far.
+#[derive(Debug)]
+pub struct Reference {
+    view: View,
+    samples: u32,
+    pixels: Vec<PixelSums>,
+    /// Empty if the layers are not wanted.
+    layers: Vec<LayerSums>,
+    counters: Counters,
+}
+
+/// All that a sample depends on.
+#[derive(Debug)]
+struct View {
+    world: World,
+    settings: Settings,
+    basis: ViewBasis,
+}
+
+impl Reference {
+    /// Prepares `scene` for rays: flattens its instances and builds the hierarchy.
+    ///
+    /// # Errors
+    /// If the picture is empty or too large, or if the scene contradicts itself.
+    pub fn new(scene: Arc<Scene>, settings: &Settings) -> Result<Self, Error> {
+        let (width, height) = (settings.width, settings.height);
+        if width == 0 || height == 0 {
+            return Err(Error::EmptyPicture);
+        }
+        let count = u64::from(width) * u64::from(height);
+        Ok(Self {
+            pixels: zeroed(count, count)?,
+            layers: zeroed(if settings.aovs { count } else { 0 }, count)?,
+            view: View {
+                world: World::new(scene, f64::from(settings.time))?,
+                basis: settings.camera.view_basis(width, height),
+                settings: settings.clone(),
+            },
+            samples: 0,
+            counters: Counters::default(),
+        })
+    }
+}
+
+impl Renderer for Reference {
+    type Error = Error;
+
+    fn accumulate(&mut self, samples: u32) -> Result<(), Error> {
+        let end = (self.samples.checked_add(samples)).ok_or(Error::TooManySamples)?;
+        let (view, samples) = (&self.view, self.samples..end);
+        let pixels = self.pixels.par_chunks_mut(CHUNK);
+        let counters = if self.layers.is_empty() {
+            pixels
+                .enumerate()
+                .map(|(i, p)| view.render(i * CHUNK, samples.clone(), p, None))
+                .reduce(Counters::default, sum)
+        } else {
+            pixels
+                .zip(self.layers.par_chunks_mut(CHUNK))
+                .enumerate()
+                .map(|(i, (p, l))| view.render(i * CHUNK, samples.clone(), p, Some(l)))
+                .reduce(Counters::default, sum)
+        };
+        self.counters = sum(self.counters, counters);
+        self.samples = end;
+        Ok(())
+    }
+
+    fn film(&mut self) -> Result<Film, Error> {
+        let size = [self.view.settings.width, self.view.settings.height];
+        Ok(film::develop(
+            size,
+            self.samples,
+            &self.pixels,
+            &self.layers,
+            self.counters,
+        ))
+    }
+
+    fn estimated_relmse(&mut self) -> Result<f64, Error> {
+        Ok(film::estimated_relmse(self.samples, &self.pixels))
+    }
+}
+
+impl View {
+    /// Adds the samples of the given numbers to the pixels from number `first` on, and to their
+    /// layers if there are any.
+    fn render(
+        &self,
+        first: usize,
+        samples: Range<u32>,
+        pixels: &mut [PixelSums],
+        mut layers: Option<&mut [LayerSums]>,
+    ) -> Counters {
+        let Settings {
+            estimator,
+            depth,
+            seed,
+            ..
+        } = self.settings;
+        let mut counters = Counters::default();
+        let mut stack = bvh::Stack::new();
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            for number in samples.clone() {
+                let mut rng = Rng::new(seed, (first + i) as u64, u64::from(number));
+                let ray = self.camera_ray(first + i, rng.next2());
+                let path = trace_path(&self.world, estimator, depth, ray, &mut rng, &mut stack);
+                let radiance = path.emission + path.direct + path.indirect;
+                counters.paths += 1;
+                counters.rays += path.rays;
+                counters.escaped += u64::from(path.escaped);
+                counters.nonfinite += u64::from(!radiance.is_finite());
+                let layers = layers.as_deref_mut().map(|l| &mut l[i]);
+                if let Some(layers) = layers {
+                    layers.add_first_hit(&path, self.view_depth(&path), number == 0);
+                    if radiance.is_finite() {
+                        layers.add_light(&path);
+                    }
+                }
+                if radiance.is_finite() {
+                    pixel.add(radiance);
+                }
+            }
+        }
+        counters
+    }
+
+    /// The ray through a point of a pixel; `u` is the place in the pixel, from its upper left.
+    fn camera_ray(&self, pixel: usize, u: [f64; 2]) -> Ray {
+        let (width, height) = (self.settings.width as usize, self.settings.height as usize);
+        let x = ((pixel % width) as f64 + u[0]) / width as f64 * 2.0 - 1.0;
+        let y = 1.0 - ((pixel / width) as f64 + u[1]) / height as f64 * 2.0;
+        let ViewBasis {
+            origin,
+            forward,
+            right,
+            up,
+        } = self.basis;
+        Ray::new(origin, (forward + right * x + up * y).normalize())
+    }
+
+    /// Distance along the view direction to what the camera ray hit.
+    fn view_depth(&self, path: &PathSample) -> f64 {
+        path.first.map_or(0.0, |first| {
+            (first.position - self.basis.origin).dot(self.basis.forward)
+        })
+    }
+}
+
+fn sum(a: Counters, b: Counters) -> Counters {
+    Counters {
+        paths: a.paths + b.paths,
+        rays: a.rays + b.rays,
+        nonfinite: a.nonfinite + b.nonfinite,
+        escaped: a.escaped + b.escaped,
+    }
+}
+
+/// `count` zeros, for a picture of `pixels` pixels.
+fn zeroed<T: Clone + Default>(count: u64, pixels: u64) -> Result<Vec<T>, Error> {
+    let out_of_memory = || Error::OutOfMemory(pixels);
+    let count = usize::try_from(count).map_err(|_| out_of_memory())?;
+    let mut all = Vec::new();
+    all.try_reserve_exact(count).map_err(|_| out_of_memory())?;
+    all.resize(count, T::default());
+    Ok(all)
+}

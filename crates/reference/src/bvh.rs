@@ -1,0 +1,347 @@
+//! The bounding volume hierarchy: built by `obvhs`, made four wide, and walked here.
+//!
+//! Boxes are in f32 and rays in f64, so the box test is widened until no rounding can lose a hit
+//! (after Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013): see [`BoxRay`].
+
+use crate::triangle::{PackedTriangle, Ray, TriangleHit, intersect};
+use glam::{DVec3, Vec3A, Vec4};
+use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2};
+use std::time::Duration;
+
+/// Set in a child that is a leaf; then come 4 bits of count and 27 bits of the first slot.
+const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 27;
+const FIRST_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+/// More triangles than this can't be addressed.
+pub const MAX_TRIANGLES: usize = FIRST_MASK as usize;
+const MAX_LEAF: u32 = 8;
+
+/// Four boxes and what is in them. Lanes that are not used have a box that nothing meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Node {
+    /// By axis, the boxes' lower and upper planes.
+    planes: [[Vec4; 2]; 3],
+    /// Index of a node, or a leaf.
+    children: [u32; 4],
+}
+
+/// Triangles in the order of the hierarchy's leaves. The place of a triangle is its *slot*.
+#[derive(Debug)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    root: Option<u32>,
+    triangles: Vec<PackedTriangle>,
+}
+
+/// What a traversal has still to look at: nodes and the least distance to them. It is only
+/// scratch memory, kept so that a ray allocates nothing.
+pub type Stack = Vec<(u32, f32)>;
+
+/// The nearest hit of a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Place of the triangle in the hierarchy's order.
+    pub slot: u32,
+    /// Where on it.
+    pub at: TriangleHit,
+}
+
+impl Bvh {
+    /// Builds the hierarchy; also returns for each slot the index into `triangles` it came from.
+    ///
+    /// Corners must be finite and there must be at most [`MAX_TRIANGLES`] triangles.
+    pub fn build(triangles: &[PackedTriangle]) -> (Self, Vec<u32>) {
+        let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
+        let params = BvhBuildParams {
+            max_prims_per_leaf: MAX_LEAF,
+            ..BvhBuildParams::medium_build()
+        };
+        let bvh2 = build_bvh2(&boxes, params, &mut Duration::default());
+        let mut builder = Builder {
+            bvh2: &bvh2,
+            nodes: Vec::with_capacity(bvh2.nodes.len() / 2),
+            order: Vec::with_capacity(triangles.len()),
+        };
+        let root = (!triangles.is_empty()).then(|| builder.convert());
+        let Builder { nodes, order, .. } = builder;
+        let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
+        let bvh = Self {
+            nodes,
+            root,
+            triangles,
+        };
+        (bvh, order)
+    }
+
+    /// The triangle in a slot.
+    pub fn triangle(&self, slot: u32) -> &PackedTriangle {
+        &self.triangles[slot as usize]
+    }
+
+    /// The nearest hit in `0 < t < t_max` that `accept` does not reject; it is asked about
+    /// alpha-tested triangles only.
+    pub fn closest_hit(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        stack: &mut Stack,
+        accept: impl Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        self.traverse::<false>(ray, t_max, stack, accept)
+    }
+
+    /// Whether anything that `accept` does not reject is hit in `0 < t < t_max`.
+    pub fn any_hit(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        stack: &mut Stack,
+        accept: impl Fn(&Hit) -> bool,
+    ) -> bool {
+        self.traverse::<true>(ray, t_max, stack, accept).is_some()
+    }
+
+    #[inline]
+    fn traverse<const ANY: bool>(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        stack: &mut Stack,
+        accept: impl Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        let box_ray = BoxRay::new(ray);
+        let mut current = self.root?;
+        let mut t_max = t_max;
+        let mut t_max_f32 = round_up(t_max);
+        let mut nearest = None;
+        stack.clear();
+        loop {
+            if current & LEAF == 0 {
+                let node = &self.nodes[current as usize];
+                let (near, mut lanes) = box_ray.meet(node, t_max_f32);
+                if lanes != 0 {
+                    let first = stack.len();
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros() as usize & 3;
+                        lanes &= lanes - 1;
+                        stack.push((node.children[lane], near[lane]));
+                    }
+                    if !ANY {
+                        sort_far_to_near(&mut stack[first..]);
+                    }
+                    if let Some((child, _)) = stack.pop() {
+                        current = child;
+                        continue;
+                    }
+                }
+            } else {
+                let first = current & FIRST_MASK;
+                let count = (current & !LEAF) >> COUNT_SHIFT;
+                let leaf = &self.triangles[first as usize..(first + count) as usize];
+                for (i, triangle) in leaf.iter().enumerate() {
+                    if let Some(at) = intersect(ray, triangle, t_max) {
+                        let hit = Hit {
+                            slot: first + i as u32,
+                            at,
+                        };
+                        if triangle.alpha_tested() && !accept(&hit) {
+                            continue;
+                        }
+                        nearest = Some(hit);
+                        if ANY {
+                            return nearest;
+                        }
+                        t_max = at.t;
+                        t_max_f32 = round_up(t_max);
+                    }
+                }
+            }
+            loop {
+                let (node, t) = match stack.pop() {
+                    Some(next) => next,
+                    None => return nearest,
+                };
+                if t <= t_max_f32 {
+                    current = node;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// Insertion sort of at most four entries.
+#[inline]
+fn sort_far_to_near(entries: &mut [(u32, f32)]) {
+    for i in 1..entries.len() {
+        let mut j = i;
+        while j > 0 && entries[j - 1].1 < entries[j].1 {
+            entries.swap(j - 1, j);
+            j -= 1;
+        }
+    }
+}
+
+/// An f32 that is not smaller than `t`.
+#[inline]
+fn round_up(t: f64) -> f32 {
+    (t as f32).next_up()
+}
+
+/// A ray as the box test sees it.
+///
+/// The distance to a plane at `b` is `(b - o) / d`. Rounding the origin to f32 is covered by moving
+/// it, by a unit in the last place, away from the near planes and likewise from the far planes; the
+/// three further roundings (reciprocal, difference, product: each 2^-24) by a factor of 1 +- 2^-21
+/// on the reciprocal. So the near distance comes out too small and the far distance too large, as
+/// far as they are positive; where they are not, the sign is right, which is all that matters.
+struct BoxRay {
+    near_origin: [Vec4; 3],
+    far_origin: [Vec4; 3],
+    near_inverse: [Vec4; 3],
+    far_inverse: [Vec4; 3],
+    /// By axis, which of the two planes the ray meets first.
+    near_plane: [usize; 3],
+}
+
+impl BoxRay {
+    #[inline]
+    fn new(ray: &Ray) -> Self {
+        /// Smaller components are taken for this, which moves a point by less than `MIN_PAD`
+        /// within 10^9 units, and keeps all distances finite.
+        const MIN_DIRECTION: f64 = 1e-25;
+        const MIN_PAD: f32 = 1e-15;
+        const SLACK: f32 = 1.0 / (1 << 21) as f32;
+        let mut out = Self {
+            near_origin: [Vec4::ZERO; 3],
+            far_origin: [Vec4::ZERO; 3],
+            near_inverse: [Vec4::ZERO; 3],
+            far_inverse: [Vec4::ZERO; 3],
+            near_plane: [0; 3],
+        };
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        for axis in 0..3 {
+            let direction = if d[axis].abs() < MIN_DIRECTION {
+                MIN_DIRECTION.copysign(d[axis])
+            } else {
+                d[axis]
+            };
+            let inverse = (1.0 / direction) as f32;
+            let origin = o[axis] as f32;
+            let pad = (origin.abs() * f32::EPSILON).max(MIN_PAD).copysign(inverse);
+            out.near_origin[axis] = Vec4::splat(origin + pad);
+            out.far_origin[axis] = Vec4::splat(origin - pad);
+            out.near_inverse[axis] = Vec4::splat(inverse * (1.0 - SLACK));
+            out.far_inverse[axis] = Vec4::splat(inverse * (1.0 + SLACK));
+            out.near_plane[axis] = usize::from(inverse < 0.0);
+        }
+        out
+    }
+
+    /// Least distances to the four boxes, and a bit for each that the ray may meet by `t_max`.
+    #[inline]
+    fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
+        let mut near = Vec4::ZERO;
+        let mut far = Vec4::splat(t_max);
+        for axis in 0..3 {
+            let planes = &node.planes[axis];
+            let first = self.near_plane[axis] & 1;
+            let enter = (planes[first] - self.near_origin[axis]) * self.near_inverse[axis];
+            let leave = (planes[first ^ 1] - self.far_origin[axis]) * self.far_inverse[axis];
+            near = near.max(enter);
+            far = far.min(leave);
+        }
+        (near, near.cmple(far).bitmask())
+    }
+}
+
+fn bounds(triangle: &PackedTriangle) -> Aabb {
+    // Exact: the corners were f32 to begin with.
+    let [a, b, c] = triangle.corners().map(to_vec3a);
+    Aabb::new(a.min(b).min(c), a.max(b).max(c))
+}
+
+fn to_vec3a(p: DVec3) -> Vec3A {
+    p.as_vec3().into()
+}
+
+/// Collapses the binary hierarchy to a four-wide one.
+struct Builder<'a> {
+    bvh2: &'a Bvh2,
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+impl Builder<'_> {
+    /// Converts all; returns the root. Iterative, as a hostile level can make a deep tree.
+    fn convert(&mut self) -> u32 {
+        let mut root = 0;
+        // A binary node, and the place of its parent's child that is to point to it.
+        let mut pending: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
+        while let Some((index, place)) = pending.pop() {
+            let node = &self.bvh2.nodes[index as usize];
+            let code = if node.is_leaf() {
+                self.leaf(node.first_index, node.prim_count)
+            } else {
+                let at = self.nodes.len();
+                let (children, count) = self.adopt(node.first_index);
+                self.nodes.push(self.node(&children[..count]));
+                for (lane, &child) in children[..count].iter().enumerate().rev() {
+                    pending.push((child, Some((at, lane))));
+                }
+                at as u32
+            };
+            match place {
+                Some((parent, lane)) => self.nodes[parent].children[lane] = code,
+                None => root = code,
+            }
+        }
+        root
+    }
+
+    fn leaf(&mut self, first: u32, count: u32) -> u32 {
+        let code = LEAF | count << COUNT_SHIFT | self.order.len() as u32;
+        let primitives = &self.bvh2.primitive_indices[first as usize..][..count as usize];
+        self.order.extend_from_slice(primitives);
+        code
+    }
+
+    /// Up to four descendants: starting from the pair at `pair`, opens the inner node of largest
+    /// area while there is room.
+    fn adopt(&self, pair: u32) -> ([u32; 4], usize) {
+        let mut children = [pair, pair + 1, 0, 0];
+        let mut count = 2;
+        while count < 4 {
+            let area = |i: u32| self.bvh2.nodes[i as usize].aabb().half_area();
+            let largest = (0..count)
+                .filter(|&i| !self.bvh2.nodes[children[i] as usize].is_leaf())
+                .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
+            let Some(i) = largest else { break };
+            let opened = self.bvh2.nodes[children[i] as usize].first_index;
+            children[i] = opened;
+            children[count] = opened + 1;
+            count += 1;
+        }
+        (children, count)
+    }
+
+    fn node(&self, children: &[u32]) -> Node {
+        let mut node = Node {
+            planes: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3],
+            children: [0; 4],
+        };
+        for (lane, &child) in children.iter().enumerate() {
+            let aabb = self.bvh2.nodes[child as usize].aabb();
+            for axis in 0..3 {
+                node.planes[axis][0][lane] = aabb.min[axis];
+                node.planes[axis][1][lane] = aabb.max[axis];
+            }
+        }
+        node
+    }
+}
+
+#[cfg(test)]
+#[path = "bvh_tests.rs"]
+mod tests;

@@ -1,0 +1,129 @@
+//! One path: the loop of `docs/transport.md`.
+
+use crate::bvh::Stack;
+use crate::lights::sample_light;
+use crate::rng::Rng;
+use crate::shading::{
+    mis_weight, pdf_cosine_hemisphere, sample_cosine_hemisphere, sample_uniform_hemisphere,
+};
+use crate::triangle::Ray;
+use crate::world::World;
+use glam::DVec3;
+use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START};
+
+/// What a path found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PathSample {
+    /// Radiance emitted at path vertex 1.
+    pub emission: DVec3,
+    /// Radiance reflected once.
+    pub direct: DVec3,
+    /// Radiance reflected more than once.
+    pub indirect: DVec3,
+    /// What the camera ray hit.
+    pub first: Option<FirstHit>,
+    /// Rays traced.
+    pub rays: u64,
+    /// Whether the path left the scene.
+    pub escaped: bool,
+}
+
+/// What the camera ray hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstHit {
+    pub albedo: DVec3,
+    /// Unit normal towards the camera.
+    pub normal: DVec3,
+    pub position: DVec3,
+    pub face: u32,
+}
+
+impl PathSample {
+    /// Adds radiance emitted at path vertex `k`.
+    fn add(&mut self, k: u32, radiance: DVec3) {
+        match k {
+            1 => self.emission += radiance,
+            2 => self.direct += radiance,
+            _ => self.indirect += radiance,
+        }
+    }
+}
+
+/// Follows one path from the camera ray `ray`; `depth` 0 is unlimited.
+pub(crate) fn trace_path(
+    world: &World,
+    estimator: Estimator,
+    depth: u32,
+    mut ray: Ray,
+    rng: &mut Rng,
+    stack: &mut Stack,
+) -> PathSample {
+    let mut sample = PathSample::default();
+    let mut throughput = DVec3::ONE;
+    // Density of the ray's direction at the vertex before.
+    let mut pdf_direction = 0.0;
+    let mut k = 1_u32;
+    loop {
+        sample.rays += 1;
+        let Some(hit) = world.closest_hit(&ray, stack) else {
+            sample.escaped = true;
+            return sample;
+        };
+        let point = world.surface_point(&hit);
+
+        let emitted = world.emitted(&point, ray.direction);
+        if emitted != DVec3::ZERO {
+            let weight = match estimator {
+                _ if k == 1 => 1.0,
+                Estimator::Naive | Estimator::Uniform => 1.0,
+                Estimator::Nee => 0.0,
+                Estimator::Mis => {
+                    let pdf_light = world.pdf_light(&point, ray.direction, hit.at.t);
+                    mis_weight(pdf_direction, pdf_light)
+                }
+            };
+            sample.add(k, throughput * emitted * weight);
+        }
+
+        let albedo = world.albedo(&point);
+        let normal = point.facing_normal();
+        if k == 1 {
+            sample.first = Some(FirstHit {
+                albedo,
+                normal,
+                position: point.position,
+                face: point.face,
+            });
+        }
+        // Black surfaces, the sky among them, end the path.
+        if k == depth || albedo == DVec3::ZERO {
+            return sample;
+        }
+
+        if estimator.samples_lights() {
+            let light = sample_light(world, estimator, &point, albedo, rng, stack);
+            sample.rays += u64::from(light.traced);
+            sample.add(k + 1, throughput * light.radiance);
+        }
+
+        let u = rng.next2();
+        let (direction, weight) = match estimator {
+            Estimator::Uniform => {
+                let direction = sample_uniform_hemisphere(normal, u);
+                (direction, 2.0 * direction.dot(normal))
+            }
+            _ => (sample_cosine_hemisphere(normal, u), 1.0),
+        };
+        pdf_direction = pdf_cosine_hemisphere(direction.dot(normal));
+        throughput *= albedo * weight;
+        if depth == 0 && k >= ROULETTE_START {
+            let survival = throughput.max_element().min(ROULETTE_MAX_SURVIVAL);
+            if rng.next() >= survival {
+                return sample;
+            }
+            throughput /= survival;
+        }
+        ray = Ray::new(point.spawn_origin(), direction);
+        k += 1;
+    }
+}

@@ -1,0 +1,145 @@
+//! Light sampling: one emitter by power, one point of it, one shadow ray.
+
+use crate::bvh::Stack;
+use crate::rng::Rng;
+use crate::shading::{
+    eval_diffuse, mis_weight, pdf_area_to_solid_angle, pdf_cosine_hemisphere, pdf_sphere_cone,
+    sample_sphere_cone, sample_triangle, spawn_origin, sphere_cone_height, sphere_near_distance,
+    sphere_radiance, spot_factor,
+};
+use crate::world::{SurfacePoint, World};
+use glam::DVec3;
+use scene::PointLight;
+use scene::render::Estimator;
+
+/// A light sample at a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LightSample {
+    /// Radiance reflected towards the viewer.
+    pub radiance: DVec3,
+    /// Whether a shadow ray was traced.
+    pub traced: bool,
+}
+
+/// A light sample before it is known whether anything is between.
+struct Candidate {
+    radiance: DVec3,
+    /// End of the shadow ray, world space.
+    end: DVec3,
+}
+
+/// Samples one light as seen from `point`, which reflects with `albedo`.
+pub(crate) fn sample_light(
+    world: &World,
+    estimator: Estimator,
+    point: &SurfacePoint<'_>,
+    albedo: DVec3,
+    rng: &mut Rng,
+    stack: &mut Stack,
+) -> LightSample {
+    let emitters = &world.scene.emitters;
+    if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
+        return LightSample::default();
+    }
+    let entry = sample_alias(&emitters.alias, rng.next());
+    let u = rng.next2();
+    let candidate = match entry.checked_sub(emitters.triangles.len()) {
+        None => sample_emissive_triangle(world, estimator, point, entry, u),
+        Some(light) => {
+            let light = &world.scene.lights[light];
+            let pdf_choice = f64::from(light.weight()) / f64::from(emitters.total_weight);
+            sample_point_light(point, light, pdf_choice, u)
+        }
+    };
+    let Some(Candidate { radiance, end }) = candidate else {
+        return LightSample::default();
+    };
+    let visible = !world.occluded(point.spawn_origin(), end, stack);
+    LightSample {
+        radiance: if visible {
+            radiance * eval_diffuse(albedo)
+        } else {
+            DVec3::ZERO
+        },
+        traced: true,
+    }
+}
+
+/// Chooses an entry of an alias table (Walker 1977) by one number in `0..1`.
+fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
+    let scaled = u * table.len() as f64;
+    let entry = (scaled as usize).min(table.len() - 1);
+    let (keep, other) = table[entry];
+    if scaled - (entry as f64) < f64::from(keep) {
+        entry
+    } else {
+        other as usize
+    }
+}
+
+/// Irradiance estimate from a uniform point of an emissive triangle.
+fn sample_emissive_triangle(
+    world: &World,
+    estimator: Estimator,
+    point: &SurfacePoint<'_>,
+    index: usize,
+    u: [f64; 2],
+) -> Option<Candidate> {
+    let light = world.emitter_point(index, sample_triangle(u), point.position);
+    let to_light = light.position - point.position;
+    let distance2 = to_light.length_squared();
+    let direction = to_light / distance2.sqrt();
+    let cos = direction.dot(point.facing_normal());
+    let cos_light = light.normal.dot(direction);
+    // Not the complement: none of this must pass if it is not a number.
+    if !(cos > 0.0 && cos_light != 0.0) {
+        return None;
+    }
+    let emitted = world.emitted(&light, direction);
+    if emitted == DVec3::ZERO {
+        return None;
+    }
+    let pdf_area =
+        f64::from(light.material.emission_weight) / f64::from(world.scene.emitters.total_weight);
+    let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
+    let weight = match estimator {
+        Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
+        _ => 1.0,
+    };
+    Some(Candidate {
+        radiance: emitted * (cos * weight / pdf_light),
+        end: spawn_origin(light.position, light.facing_normal(), light.error),
+    })
+}
+
+/// Irradiance estimate from a uniform direction to a sphere; `pdf_choice` is the probability with
+/// which it was chosen among the lights.
+fn sample_point_light(
+    point: &SurfacePoint<'_>,
+    light: &PointLight,
+    pdf_choice: f64,
+    u: [f64; 2],
+) -> Option<Candidate> {
+    let radius = f64::from(light.radius);
+    let to_centre = light.position.as_dvec3() - point.position;
+    let distance = to_centre.length();
+    if distance <= radius {
+        return None;
+    }
+    let axis = to_centre / distance;
+    let factor = light.spot.as_ref().map_or(1.0, |spot| {
+        spot_factor(spot, spot.direction.as_dvec3().dot(-axis))
+    });
+    let height = sphere_cone_height((radius / distance).powi(2));
+    let (direction, h) = sample_sphere_cone(axis, height, u);
+    let cos = direction.dot(point.facing_normal());
+    if !(cos > 0.0 && factor > 0.0) {
+        return None;
+    }
+    let pdf_light = pdf_choice * pdf_sphere_cone(height);
+    let emitted = sphere_radiance(light.intensity.as_dvec3(), radius) * factor;
+    Some(Candidate {
+        radiance: emitted * (cos / pdf_light),
+        end: point.position + direction * sphere_near_distance(distance, radius, h),
+    })
+}

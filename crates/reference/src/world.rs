@@ -1,0 +1,381 @@
+//! A scene made ready for rays: one set of triangles in world space, and what is at a hit.
+
+use crate::Error;
+use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
+use crate::shading::{
+    pdf_area_to_solid_angle, point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index,
+    warp,
+};
+use crate::triangle::{PackedTriangle, Ray};
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use scene::material::{MAX_ALBEDO, WARP_TILE};
+use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
+use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
+use std::sync::Arc;
+
+/// Texels of a sky layer's tile, whatever the picture's size.
+const SKY_TILE: f64 = 128.0;
+
+/// The scene with its triangles flattened.
+#[derive(Debug)]
+pub(crate) struct World {
+    pub scene: Arc<Scene>,
+    pub bvh: Bvh,
+    /// Level time in seconds.
+    time: f64,
+    /// By slot, what the test of the ray does not need.
+    infos: Vec<TriangleInfo>,
+    /// By index into `Emitters::triangles`, the slot.
+    emitter_slots: Vec<u32>,
+    /// `srgb_to_linear` of each byte.
+    linear: [f64; 256],
+}
+
+/// What a triangle looks like, in world space.
+#[derive(Clone, Copy, Debug)]
+struct TriangleInfo {
+    /// Unit normal to the front.
+    normal: DVec3,
+    /// Bound of the error of a point on it, world units.
+    error: f64,
+    uv: [[f32; 2]; 3],
+    material: u32,
+    face: u32,
+    /// Corners are clockwise seen from the front: a mirrored instance, or a sliver whose winding
+    /// was lost to rounding.
+    clockwise: bool,
+}
+
+/// A point on a surface, seen from somewhere.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfacePoint<'a> {
+    /// World space.
+    pub position: DVec3,
+    /// Unit normal to the front.
+    pub normal: DVec3,
+    /// Whether it is seen from the front.
+    pub front: bool,
+    /// Bound of the position's error, world units.
+    pub error: f64,
+    pub material: &'a Material,
+    /// Texture coordinates as stored: texels, or world units if the material is warped.
+    pub uv: DVec2,
+    /// The level's number of the face.
+    pub face: u32,
+}
+
+impl SurfacePoint<'_> {
+    /// The normal on the side the point is seen from.
+    pub fn facing_normal(&self) -> DVec3 {
+        if self.front {
+            self.normal
+        } else {
+            -self.normal
+        }
+    }
+
+    /// Where rays to that side start.
+    pub fn spawn_origin(&self) -> DVec3 {
+        spawn_origin(self.position, self.facing_normal(), self.error)
+    }
+}
+
+impl World {
+    /// Places every instance's triangles in the world and builds the hierarchy over them.
+    pub fn new(scene: Arc<Scene>, time: f64) -> Result<Self, Error> {
+        check(&scene)?;
+        let count = scene.triangle_count();
+        let mut packed = Vec::with_capacity(count);
+        let mut infos = Vec::with_capacity(count);
+        let mut instance_starts = Vec::with_capacity(scene.instances.len());
+        for instance in &scene.instances {
+            instance_starts.push(packed.len());
+            place(&scene, instance, &mut packed, &mut infos)?;
+        }
+        let (bvh, order) = Bvh::build(&packed);
+        let infos = order.iter().map(|&i| infos[i as usize]).collect();
+        let mut slots = vec![0; count];
+        for (slot, &index) in order.iter().enumerate() {
+            slots[index as usize] = slot as u32;
+        }
+        let emitter_slots = (scene.emitters.triangles.iter())
+            .map(|t| slots[instance_starts[t.instance as usize] + t.triangle as usize])
+            .collect();
+        Ok(Self {
+            bvh,
+            time,
+            infos,
+            emitter_slots,
+            linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
+            scene,
+        })
+    }
+
+    /// The nearest surface along a ray.
+    pub fn closest_hit(&self, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+        (self.bvh).closest_hit(ray, f64::INFINITY, stack, |hit| !self.is_hole(hit))
+    }
+
+    /// Whether something is between two points.
+    pub fn occluded(&self, from: DVec3, to: DVec3, stack: &mut Stack) -> bool {
+        let distance = from.distance(to);
+        let ray = Ray::new(from, (to - from) / distance);
+        (self.bvh).any_hit(&ray, distance, stack, |hit| !self.is_hole(hit))
+    }
+
+    /// What is at a hit.
+    pub fn surface_point(&self, hit: &Hit) -> SurfacePoint<'_> {
+        let clockwise = self.infos[hit.slot as usize].clockwise;
+        // The side by the sign of the determinant that decided the hit, not by `dot(n, wo)`: the
+        // two differ where a ray grazes a triangle whose rounded corners are a hair off its plane,
+        // and there only this one keeps the path on the side it came from.
+        let front = hit.at.counter_clockwise != clockwise;
+        self.point_on(hit.slot, hit.at.weights, front)
+    }
+
+    /// A point of an emissive triangle by its index among the emitters, as seen from `viewer`.
+    pub fn emitter_point(
+        &self,
+        index: usize,
+        weights: [f64; 3],
+        viewer: DVec3,
+    ) -> SurfacePoint<'_> {
+        let mut point = self.point_on(self.emitter_slots[index], weights, true);
+        point.front = point.normal.dot(viewer - point.position) > 0.0;
+        point
+    }
+
+    fn point_on(&self, slot: u32, weights: [f64; 3], front: bool) -> SurfacePoint<'_> {
+        let info = &self.infos[slot as usize];
+        let [a, b, c] = self.bvh.triangle(slot).corners();
+        SurfacePoint {
+            position: a * weights[0] + b * weights[1] + c * weights[2],
+            normal: info.normal,
+            front,
+            error: info.error,
+            material: &self.scene.materials[info.material as usize],
+            uv: interpolate_uv(&info.uv, weights),
+            face: info.face,
+        }
+    }
+
+    /// Radiance that leaves a point towards where it is seen from; `direction` is the view's
+    /// direction to the point.
+    pub fn emitted(&self, point: &SurfacePoint<'_>, direction: DVec3) -> DVec3 {
+        let material = point.material;
+        if material.surface == Surface::Sky {
+            return self.sky_radiance(direction);
+        }
+        let Some(id) = material.emission else {
+            return DVec3::ZERO;
+        };
+        // Light sampling can choose a point in a hole; rays never end there.
+        let shines = point.front || material.two_sided;
+        if !shines
+            || (material.alpha_tested && self.texel(material.base, material, point.uv)[3] == 0)
+        {
+            return DVec3::ZERO;
+        }
+        self.decode(self.texel(id, material, point.uv)) * f64::from(material.emission_scale)
+    }
+
+    /// Share of light that a surface reflects; none for the sky.
+    pub fn albedo(&self, point: &SurfacePoint<'_>) -> DVec3 {
+        if point.material.surface == Surface::Sky {
+            return DVec3::ZERO;
+        }
+        self.decode(self.texel(point.material.base, point.material, point.uv))
+            .min(DVec3::splat(f64::from(MAX_ALBEDO)))
+    }
+
+    /// Radiance of the sky in a direction.
+    pub fn sky_radiance(&self, direction: DVec3) -> DVec3 {
+        match self.scene.sky.kind {
+            SkyKind::None => DVec3::ZERO,
+            SkyKind::Flat(radiance) => radiance.as_dvec3(),
+            SkyKind::Scrolling { back, front } => {
+                let layer = |id: TextureId, speed| {
+                    let texture = self.texture(id);
+                    let uv = DVec2::from(scroll_uv(direction.to_array(), self.time, speed));
+                    texture.rgba[texel_index(texture, uv / SKY_TILE * size(texture))]
+                };
+                let over = layer(front, FRONT_SPEED);
+                let texel = if over[3] == 0 {
+                    layer(back, BACK_SPEED)
+                } else {
+                    over
+                };
+                self.decode(texel) * f64::from(self.scene.sky.scale)
+            }
+        }
+    }
+
+    /// Density per steradian with which light sampling chooses a point that a ray found after
+    /// `distance` in `direction`.
+    pub fn pdf_light(&self, point: &SurfacePoint<'_>, direction: DVec3, distance: f64) -> f64 {
+        let weight = f64::from(point.material.emission_weight);
+        if weight <= 0.0 {
+            return 0.0;
+        }
+        let pdf_area = weight / f64::from(self.scene.emitters.total_weight);
+        pdf_area_to_solid_angle(pdf_area, distance * distance, point.normal.dot(direction))
+    }
+
+    fn is_hole(&self, hit: &Hit) -> bool {
+        let info = &self.infos[hit.slot as usize];
+        let material = &self.scene.materials[info.material as usize];
+        let uv = interpolate_uv(&info.uv, hit.at.weights);
+        self.texel(material.base, material, uv)[3] == 0
+    }
+
+    /// The texel of a texture of `material` at stored coordinates.
+    fn texel(&self, id: TextureId, material: &Material, uv: DVec2) -> [u8; 4] {
+        let texture = self.texture(id);
+        let uv = if material.warped {
+            DVec2::from(warp(uv.to_array(), self.time)) / WARP_TILE * size(texture)
+        } else {
+            uv
+        };
+        texture.rgba[texel_index(texture, uv)]
+    }
+
+    fn texture(&self, id: TextureId) -> &Texture {
+        &self.scene.textures[id.0 as usize]
+    }
+
+    /// Linear RGB of a texel.
+    fn decode(&self, texel: [u8; 4]) -> DVec3 {
+        let [r, g, b, _] = texel.map(|byte| self.linear[usize::from(byte)]);
+        DVec3::new(r, g, b)
+    }
+}
+
+fn size(texture: &Texture) -> DVec2 {
+    DVec2::new(f64::from(texture.width), f64::from(texture.height))
+}
+
+fn interpolate_uv(uv: &[[f32; 2]; 3], weights: [f64; 3]) -> DVec2 {
+    let [a, b, c] = uv.map(|[u, v]| DVec2::new(f64::from(u), f64::from(v)));
+    a * weights[0] + b * weights[1] + c * weights[2]
+}
+
+/// Adds the triangles of an instance.
+fn place(
+    scene: &Scene,
+    instance: &Instance,
+    packed: &mut Vec<PackedTriangle>,
+    infos: &mut Vec<TriangleInfo>,
+) -> Result<(), Error> {
+    let mesh = &scene.meshes[instance.mesh];
+    let matrix = DMat3::from_cols(
+        instance.transform.matrix3.x_axis.as_dvec3(),
+        instance.transform.matrix3.y_axis.as_dvec3(),
+        instance.transform.matrix3.z_axis.as_dvec3(),
+    );
+    let translation = Vec3::from(instance.transform.translation).as_dvec3();
+    let normal_matrix = matrix.inverse().transpose();
+    // Rounded to f32 once per vertex, so that neighbours still share it.
+    let positions: Vec<Vec3> = (mesh.positions.iter())
+        .map(|p| (matrix * p.as_dvec3() + translation).as_vec3())
+        .collect();
+    if !positions.iter().all(|p| p.is_finite()) {
+        return Err(Error::InvalidScene("a vertex is not finite"));
+    }
+    let extent = (positions.iter())
+        .map(|p| f64::from(p.abs().max_element()))
+        .fold(1.0, f64::max);
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = triangle.vertices.map(|v| positions[v as usize]);
+        packed.push(PackedTriangle::new(
+            corners.map(|p| p.to_array()),
+            i >= mesh.first_alpha_tested,
+        ));
+        let points = corners.map(Vec3::as_dvec3);
+        infos.push(info(triangle, points, normal_matrix, extent));
+    }
+    Ok(())
+}
+
+fn info(
+    triangle: &Triangle,
+    points: [DVec3; 3],
+    normal_matrix: DMat3,
+    extent: f64,
+) -> TriangleInfo {
+    let wound = (points[1] - points[0]).cross(points[2] - points[0]);
+    let fallback = wound.normalize_or(DVec3::Z);
+    let normal = (normal_matrix * triangle.normal.as_dvec3()).normalize_or(fallback);
+    TriangleInfo {
+        normal,
+        error: point_error(points, extent),
+        uv: triangle.uv,
+        material: triangle.material.0,
+        face: triangle.face,
+        clockwise: wound.dot(normal) < 0.0,
+    }
+}
+
+/// Checks every index once, so that nothing after this can be out of range.
+fn check(scene: &Scene) -> Result<(), Error> {
+    let ensure = |ok: bool, what| {
+        if ok {
+            Ok(())
+        } else {
+            Err(Error::InvalidScene(what))
+        }
+    };
+    let texture_exists = |id: TextureId| (id.0 as usize) < scene.textures.len();
+    ensure(
+        scene.textures.iter().all(|t| {
+            !t.rgba.is_empty() && t.rgba.len() as u64 == u64::from(t.width) * u64::from(t.height)
+        }),
+        "a texture's size does not match its texels",
+    )?;
+    ensure(
+        scene
+            .materials
+            .iter()
+            .all(|m| texture_exists(m.base) && m.emission.is_none_or(texture_exists)),
+        "a material's texture does not exist",
+    )?;
+    if let SkyKind::Scrolling { back, front } = scene.sky.kind {
+        let exist = texture_exists(back) && texture_exists(front);
+        ensure(exist, "a sky layer's texture does not exist")?;
+    }
+    ensure(
+        scene.meshes.iter().all(|mesh| {
+            mesh.triangles.iter().all(|t| {
+                (t.material.0 as usize) < scene.materials.len()
+                    && t.vertices
+                        .iter()
+                        .all(|&v| (v as usize) < mesh.positions.len())
+            })
+        }),
+        "a triangle's vertex or material does not exist",
+    )?;
+    ensure(
+        scene.instances.iter().all(|i| i.mesh < scene.meshes.len()),
+        "an instance's mesh does not exist",
+    )?;
+    ensure(
+        scene.triangle_count() <= MAX_TRIANGLES,
+        "it has more than 2^27 triangles",
+    )?;
+    let emitters = &scene.emitters;
+    ensure(
+        emitters.triangles.iter().all(|t| {
+            (scene.instances.get(t.instance as usize))
+                .is_some_and(|i| (t.triangle as usize) < scene.meshes[i.mesh].triangles.len())
+        }),
+        "an emitter's triangle does not exist",
+    )?;
+    let entries = emitters.triangles.len() + scene.lights.len();
+    ensure(
+        emitters.alias.len() == entries
+            && emitters
+                .alias
+                .iter()
+                .all(|&(_, other)| (other as usize) < entries),
+        "the emitters' alias table does not fit the emitters",
+    )
+}
