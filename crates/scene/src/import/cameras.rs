@@ -1,9 +1,8 @@
 //! Where to look from.
 
-use super::hull::Hull;
 use crate::camera::{Camera, DEFAULT_FOV_DEG};
 use bsp::Bsp;
-use bsp::bsp::contents;
+use bsp::bsp::{TRACE_EPSILON, contents};
 use bsp::entity::Entity;
 use glam::{DVec3, Vec3};
 
@@ -17,7 +16,7 @@ const START_LIFT: f32 = 1.0;
 const TELEPORT_LIFT: f32 = 27.0;
 
 /// Farthest that a player who has just started falls before the first picture.
-const MAX_FALL: f64 = 256.0;
+const MAX_FALL: f32 = 256.0;
 
 /// Classes of starts, the preferred one first.
 const STARTS: [&str; 5] = [
@@ -76,11 +75,15 @@ fn camera(bsp: &Bsp, entity: &Entity, class: &str) -> Camera {
 
 /// Where a player that starts here stands a moment later: hull 1 moves the player's own origin.
 fn landed(bsp: &Bsp, start: Vec3) -> Vec3 {
-    let from = start.as_dvec3();
-    let fall = Hull::new(bsp, 0, 1)
-        .and_then(|hull| hull.first_solid(from, from - DVec3::Z * MAX_FALL))
-        .unwrap_or(0.0);
-    start - Vec3::Z * (fall * MAX_FALL) as f32
+    let end = start - Vec3::Z * MAX_FALL;
+    match bsp.trace(0, 1, start.to_array(), end.to_array()) {
+        // The trace stops a little above the floor, and players settle on it.
+        Some(trace) if !trace.start_solid && trace.fraction < 1.0 => {
+            let fall = trace.fraction * f64::from(MAX_FALL) + TRACE_EPSILON;
+            start - Vec3::Z * fall as f32
+        }
+        _ => start,
+    }
 }
 
 /// A camera in the open near the middle of the level, for levels without any start.
@@ -89,8 +92,7 @@ fn middle(bsp: &Bsp) -> Camera {
     let clean =
         |v: [f32; 3]| DVec3::from(v.map(|c| if c.is_finite() { f64::from(c) } else { 0.0 }));
     let centre = (clean(world.mins) + clean(world.maxs)) / 2.0;
-    let hull = Hull::new(bsp, 0, 0);
-    let is_open = |p: DVec3| hull.and_then(|h| h.contents(p)) == Some(contents::EMPTY);
+    let is_open = |p: DVec3| bsp.point_contents(0, p.as_vec3().to_array()) == Some(contents::EMPTY);
     let position = if is_open(centre) {
         centre
     } else {

@@ -1,17 +1,14 @@
 //! Item boxes: pickups and barrels that are brush models of their own (`maps/b_*.bsp`).
 
-use super::hull::Hull;
 use super::poses::{Pose, appears};
 use bsp::Bsp;
 use bsp::entity::Entity;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// How far items fall at most, in world units.
-const MAX_DROP: f64 = 256.0;
-/// Space that stays between a fallen box and the floor (the engine's `DIST_EPSILON`).
-const FLOOR_GAP: f64 = 1.0 / 32.0;
+const MAX_DROP: f32 = 256.0;
 /// From the corner of an item's box (0,0,0 to 32,32,56) to the point that hull 1 moves.
-const CORNER_TO_HULL: DVec3 = DVec3::new(16.0, 16.0, 24.0);
+const CORNER_TO_HULL: Vec3 = Vec3::new(16.0, 16.0, 24.0);
 
 /// An item box as the level has it.
 pub struct Item<'a> {
@@ -80,26 +77,28 @@ fn file(entity: &Entity) -> Option<&'static str> {
 /// has it: engines would remove it, a picture rather shows it.
 pub fn rest(bsp: &Bsp, poses: &[Pose<'_>], origin: Vec3) -> Vec3 {
     let mapped = origin;
-    let grown = Hull::new(bsp, 0, 1).is_some();
+    let grown = bsp.hull_contents(0, 1, origin.to_array()).is_some();
     // Without clip hulls a point in the middle of the box's bottom has to do.
     let (number, from_corner) = if grown {
         (1, CORNER_TO_HULL)
     } else {
-        (0, DVec3::new(16.0, 16.0, 0.0))
+        (0, Vec3::new(16.0, 16.0, 0.0))
     };
-    let start = origin.as_dvec3() + from_corner;
-    let world = std::iter::once((0, DVec3::ZERO));
+    let start = origin + from_corner;
+    let world = std::iter::once((0, Vec3::ZERO));
     let solids = poses.iter().filter(|p| p.solid);
-    let first = world
-        .chain(solids.map(|p| (p.model, p.offset.as_dvec3())))
-        .filter_map(|(model, offset)| {
-            let from = start - offset;
-            Hull::new(bsp, model, number)?.first_solid(from, from - DVec3::Z * MAX_DROP)
-        })
-        .fold(f64::INFINITY, f64::min);
-    if first <= 0.0 || first > 1.0 {
+    let mut fall = 1.0_f64;
+    for (model, offset) in world.chain(solids.map(|p| (p.model, p.offset))) {
+        let from = start - offset;
+        let to = from - Vec3::Z * MAX_DROP;
+        match bsp.trace(model, number, from.to_array(), to.to_array()) {
+            Some(trace) if trace.start_solid => return mapped,
+            Some(trace) => fall = fall.min(trace.fraction),
+            None => {}
+        }
+    }
+    if fall >= 1.0 {
         return mapped;
     }
-    let z = f64::from(origin.z) - (first * MAX_DROP - FLOOR_GAP).max(0.0);
-    Vec3::new(origin.x, origin.y, z as f32)
+    origin - Vec3::Z * (fall as f32 * MAX_DROP)
 }

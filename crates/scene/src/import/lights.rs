@@ -1,12 +1,12 @@
 //! Light entities into small spheres.
 
-use super::hull::Hull;
 use super::notes::Notes;
-use super::styles;
 use crate::light::{PointLight, Spot};
-use bsp::Bsp;
+use bsp::bsp::contents;
 use bsp::entity::{Entity, numbers};
-use glam::{DVec3, Vec3};
+use bsp::styles::{Blend, FIRST_SWITCHABLE, START_OFF};
+use bsp::{Bsp, Level};
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Radius of the sphere that stands for a light entity, in world units: about a lamp's size, and
@@ -16,10 +16,8 @@ pub const LIGHT_RADIUS: f32 = 4.0;
 const DEFAULT_LIGHT: f32 = 300.0;
 /// Full cone of a spotlight in degrees where it does not say.
 const DEFAULT_CONE_DEG: f32 = 40.0;
-/// First style that the light compiler gives to lights that can be switched.
-const FIRST_SWITCHABLE_STYLE: u32 = 32;
 /// Lights in solid are moved out by 2 units at least and this much at most.
-const MAX_NUDGE: f64 = 16.0;
+const MAX_NUDGE: f32 = 16.0;
 
 /// The falloff formulas of the light compilers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,24 +46,18 @@ fn intensity(light: f32, wait: f32, falloff: Falloff) -> f32 {
     }
 }
 
-/// All light entities that shine at `time`, each with its class for remarks.
-pub fn lights(bsp: &Bsp, entities: &[Entity], time: f64, notes: &mut Notes) -> Vec<PointLight> {
-    let hull = Hull::new(bsp, 0, 0);
-    entities
+/// All light entities that shine at `time`.
+pub fn lights(level: &Level, time: f64, notes: &mut Notes) -> Vec<PointLight> {
+    level
+        .entities
         .iter()
         .skip(1)
         .filter(|e| e.classname().starts_with("light"))
-        .filter_map(|e| light(e, entities, hull, time, notes))
+        .filter_map(|e| light(e, level, time, notes))
         .collect()
 }
 
-fn light(
-    entity: &Entity,
-    entities: &[Entity],
-    hull: Option<Hull<'_>>,
-    time: f64,
-    notes: &mut Notes,
-) -> Option<PointLight> {
+fn light(entity: &Entity, level: &Level, time: f64, notes: &mut Notes) -> Option<PointLight> {
     let number = |key| entity.float_loose(key).unwrap_or(0.0);
     if number("nostaticlight") != 0.0 || number("sun") != 0.0 {
         return None;
@@ -101,14 +93,14 @@ fn light(
     if reach > 0.0 && falloff == Falloff::Linear {
         wait = light / reach;
     }
-    let style = style(entity, time);
-    let intensity = color * intensity(light, wait, falloff) * style;
+    let brightness = style(entity, level, time);
+    let intensity = color * intensity(light, wait, falloff) * brightness;
     // Dark at this moment, or beyond what floats hold.
     if !(intensity.max_element() > 0.0 && intensity.is_finite()) {
         return None;
     }
     let origin = Vec3::from(entity.origin());
-    let Some(position) = out_of_solid(hull, origin) else {
+    let Some(position) = out_of_solid(&level.bsp, origin) else {
         notes.add("buried lights", || {
             format!("{} lies deep in solid and is left out", entity.classname())
         });
@@ -118,7 +110,7 @@ fn light(
         position,
         radius: LIGHT_RADIUS,
         intensity,
-        spot: spot(entity, entities, origin),
+        spot: spot(entity, &level.entities, origin),
     })
 }
 
@@ -158,21 +150,20 @@ fn color_of(key: Vec3) -> Vec3 {
 }
 
 /// Brightness at this moment; 0 for a lamp that starts switched off.
-fn style(entity: &Entity, time: f64) -> f32 {
-    const START_OFF: u32 = 1;
+fn style(entity: &Entity, level: &Level, time: f64) -> f32 {
     let style = entity.int("style").or(entity.int("_style"));
     let style = match style {
-        Some(style) => u32::try_from(style).unwrap_or(0),
+        Some(style) => u16::try_from(style).unwrap_or(0),
         // The spark's own default.
         None if entity.classname() == "light_fluorospark" => 10,
         None => 0,
     };
     let switchable =
-        style >= FIRST_SWITCHABLE_STYLE || entity.get("targetname").is_some_and(|t| !t.is_empty());
+        style >= FIRST_SWITCHABLE || entity.get("targetname").is_some_and(|t| !t.is_empty());
     if switchable && entity.spawnflags() & START_OFF != 0 {
         return 0.0;
     }
-    styles::brightness(style, time)
+    level.styles.brightness(style, time, Blend::Step)
 }
 
 fn spot(entity: &Entity, entities: &[Entity], origin: Vec3) -> Option<Spot> {
@@ -202,28 +193,24 @@ fn spot(entity: &Entity, entities: &[Entity], origin: Vec3) -> Option<Spot> {
 }
 
 /// The nearest place in the open along one of the six axes, if the light's own is solid.
-fn out_of_solid(hull: Option<Hull<'_>>, origin: Vec3) -> Option<Vec3> {
-    let Some(hull) = hull else {
-        return Some(origin);
-    };
-    let p = origin.as_dvec3();
-    if !hull.is_solid(p) {
+fn out_of_solid(bsp: &Bsp, origin: Vec3) -> Option<Vec3> {
+    let is_solid = |p: Vec3| bsp.point_contents(0, p.to_array()) == Some(contents::SOLID);
+    if !is_solid(origin) {
         return Some(origin);
     }
     // Lamps hang from ceilings more often than they stand in floors: down comes first.
     let axes = [
-        DVec3::NEG_Z,
-        DVec3::Z,
-        DVec3::X,
-        DVec3::NEG_X,
-        DVec3::Y,
-        DVec3::NEG_Y,
+        Vec3::NEG_Z,
+        Vec3::Z,
+        Vec3::X,
+        Vec3::NEG_X,
+        Vec3::Y,
+        Vec3::NEG_Y,
     ];
-    let steps = (1..=(MAX_NUDGE / 2.0) as u32).map(|i| f64::from(i) * 2.0);
+    let steps = (1..=(MAX_NUDGE / 2.0) as u16).map(|i| f32::from(i) * 2.0);
     steps
-        .flat_map(|d| axes.map(|axis| p + axis * d))
-        .find(|&q| !hull.is_solid(q))
-        .map(DVec3::as_vec3)
+        .flat_map(|d| axes.map(|axis| origin + axis * d))
+        .find(|&q| !is_solid(q))
 }
 
 #[cfg(test)]

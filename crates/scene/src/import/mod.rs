@@ -12,14 +12,12 @@
 mod cameras;
 mod emitters;
 mod geometry;
-mod hull;
 mod items;
 mod lights;
 mod names;
 mod notes;
 mod picture;
 mod poses;
-mod styles;
 mod surfaces;
 pub mod tjunction;
 pub mod triangulate;
@@ -28,52 +26,12 @@ mod world;
 
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
 pub use lights::LIGHT_RADIUS;
-pub use styles::brightness as style_brightness;
 pub use surfaces::{LAVA_GLOW, SKY_SCALE, SLIME_GLOW, TELEPORTER_GLOW};
 pub use world::ENTITY_GROWTH;
 
 use crate::Scene;
-use bsp::Bsp;
-use bsp::entity::Entity;
+use bsp::Level;
 use bsp::lmp::Palette;
-use bsp::miptex::MipTex;
-
-/// What else a level can name: files beside it and textures in WADs.
-pub trait Assets {
-    /// Bytes of a file by its game path, for example `maps/b_bh25.bsp`; `None` if there is none.
-    fn file(&self, path: &str) -> Option<Vec<u8>>;
-    /// A texture, with its pixels, from the WADs that the level names; `None` if there is none.
-    fn texture(&self, name: &str) -> Option<MipTex>;
-}
-
-/// No game directory: item boxes are left out, external textures are missing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoAssets;
-
-impl Assets for NoAssets {
-    fn file(&self, _path: &str) -> Option<Vec<u8>> {
-        None
-    }
-    fn texture(&self, _name: &str) -> Option<MipTex> {
-        None
-    }
-}
-
-/// A level as read, with what belongs to it.
-pub struct Level<'a> {
-    /// Name for people and file names, for example `e1m1`.
-    pub name: &'a str,
-    /// The level.
-    pub bsp: &'a Bsp,
-    /// Its entities, worldspawn first, from the level or from a file that replaces them.
-    pub entities: &'a [Entity],
-    /// The game's colours.
-    pub palette: &'a Palette,
-    /// Files and textures beside it.
-    pub assets: &'a dyn Assets,
-    /// What reading the level found odd; it goes to the scene's report.
-    pub warnings: &'a bsp::Warnings,
-}
 
 /// Which of a level's lamps shine. The same lamp is often there twice: as a bright texture, and as
 /// a light entity beside it for the light compiler.
@@ -137,11 +95,21 @@ pub enum ImportError {
     NothingToDraw(String),
 }
 
-/// Turns a level into a scene.
+/// Files beside a level: from a game path such as `maps/b_bh25.bsp` to bytes, `None` if there is no
+/// such file.
+pub type Files<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
+
+/// Turns a level into a scene. `palette` is the game's; `files` gives the models of item boxes, and
+/// may give nothing.
 ///
 /// # Errors
 /// [`ImportError::NothingToDraw`] if no triangle comes out. Everything else that is odd is a
 /// sentence in the scene's report.
-pub fn import(level: &Level<'_>, options: &ImportOptions) -> Result<Scene, ImportError> {
-    world::World::new(level, options).build()
+pub fn import(
+    level: &Level,
+    palette: &Palette,
+    files: &Files<'_>,
+    options: &ImportOptions,
+) -> Result<Scene, ImportError> {
+    world::World::new(level, palette, files, options).build()
 }

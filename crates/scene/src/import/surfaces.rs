@@ -3,14 +3,13 @@
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
-use super::{Assets, ImportOptions, LightMode};
+use super::{ImportOptions, LightMode};
 use crate::material::{Material, MaterialId, Surface, Texture, TextureId};
 use crate::sky::{Sky, SkyKind};
 use bsp::Bsp;
 use bsp::lmp::Palette;
-use bsp::miptex::{Animation, MipTex};
+use bsp::miptex::Animation;
 use glam::Vec3;
-use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Radiance of lava, as a part of what a fullbright texel of the same colour emits.
@@ -71,24 +70,17 @@ pub struct FaceSurface {
 pub struct Surfaces<'a> {
     bsp: &'a Bsp,
     palette: &'a Palette,
-    assets: &'a dyn Assets,
-    animation: Animation,
+    animation: &'a Animation,
     known: HashMap<(Option<usize>, bool), FaceSurface>,
 }
 
 impl<'a> Surfaces<'a> {
-    /// Surfaces of `bsp`.
-    pub fn new(
-        bsp: &'a Bsp,
-        palette: &'a Palette,
-        assets: &'a dyn Assets,
-        warnings: &mut bsp::Warnings,
-    ) -> Self {
+    /// Surfaces of `bsp`, whose textures play `animation`.
+    pub fn new(bsp: &'a Bsp, animation: &'a Animation, palette: &'a Palette) -> Self {
         Self {
             bsp,
             palette,
-            assets,
-            animation: Animation::new(&bsp.textures, warnings),
+            animation,
             known: HashMap::new(),
         }
     }
@@ -137,14 +129,13 @@ impl<'a> Surfaces<'a> {
                 size: [1; 2],
             };
         }
-        let full = with_pixels(shown, self.assets);
-        let Some(full) = full else {
+        if !shown.has_pixels() {
             if kind == NameKind::Sky {
                 return self.sky(None, &named.name, set, notes);
             }
             return missing(&shown.name, kind, set, notes);
-        };
-        let indexed = Indexed::new(&full, self.palette, kind == NameKind::Fence);
+        }
+        let indexed = Indexed::new(shown, self.palette, kind == NameKind::Fence);
         if kind == NameKind::Sky {
             return self.sky(Some(indexed), &named.name, set, notes);
         }
@@ -164,15 +155,15 @@ impl<'a> Surfaces<'a> {
         }
         let lamp = material.emission_weight > 0.0 && kind != NameKind::Slime;
         // Coordinates count texels of the picture that the face names, even while another frame
-        // of another size is shown; a WAD's picture is used at the size that the level says.
+        // of another size is shown.
         let scale = [
-            f64::from(full.width) / f64::from(named.width),
-            f64::from(full.height) / f64::from(named.height),
+            f64::from(shown.width) / f64::from(named.width),
+            f64::from(shown.height) / f64::from(named.height),
         ];
         FaceSurface {
             kind,
             scale,
-            size: [full.width, full.height],
+            size: [shown.width, shown.height],
             material: set.add(material, lamp),
         }
     }
@@ -248,18 +239,6 @@ impl<'a> Surfaces<'a> {
             size: [SKY_SIDE; 2],
         }
     }
-}
-
-/// The texture with its pixels, from a WAD if need be.
-fn with_pixels<'a>(texture: &'a MipTex, assets: &dyn Assets) -> Option<Cow<'a, MipTex>> {
-    if texture.has_pixels() {
-        return Some(Cow::Borrowed(texture));
-    }
-    let found = assets.texture(&texture.name)?;
-    let complete = found.width > 0
-        && found.height > 0
-        && found.pixels.len() as u64 == u64::from(found.width) * u64::from(found.height);
-    complete.then_some(Cow::Owned(found))
 }
 
 fn missing(name: &str, kind: NameKind, set: &mut MaterialSet, notes: &mut Notes) -> FaceSurface {

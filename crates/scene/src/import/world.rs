@@ -5,14 +5,16 @@ use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
 use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
-use super::{ImportError, ImportOptions, Level, LightMode};
-use super::{cameras, emitters, hull, items, lights, poses};
+use super::{Files, ImportError, ImportOptions, LightMode};
+use super::{cameras, emitters, items, lights, poses};
 use crate::emitter::Emitters;
 use crate::material::{MaterialId, Surface, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
 use crate::{Features, Report, Scene};
-use bsp::Bsp;
 use bsp::bsp::{Face, Texinfo, contents};
+use bsp::lmp::Palette;
+use bsp::miptex::Animation;
+use bsp::{Bsp, Level};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use std::collections::{BTreeMap, HashSet};
 
@@ -26,11 +28,12 @@ const MAX_GROWTH_FACTOR: f32 = 1.25;
 
 /// An import under way.
 pub struct World<'a> {
-    level: &'a Level<'a>,
+    level: &'a Level,
+    palette: &'a Palette,
+    files: &'a Files<'a>,
     options: &'a ImportOptions,
     set: MaterialSet,
     notes: Notes,
-    warnings: bsp::Warnings,
     report: Report,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
@@ -38,13 +41,19 @@ pub struct World<'a> {
 
 impl<'a> World<'a> {
     /// Begins an import.
-    pub fn new(level: &'a Level<'a>, options: &'a ImportOptions) -> Self {
+    pub fn new(
+        level: &'a Level,
+        palette: &'a Palette,
+        files: &'a Files<'a>,
+        options: &'a ImportOptions,
+    ) -> Self {
         Self {
             level,
+            palette,
+            files,
             options,
             set: MaterialSet::default(),
             notes: Notes::default(),
-            warnings: level.warnings.clone(),
             report: Report::default(),
             meshes: Vec::new(),
             instances: Vec::new(),
@@ -53,13 +62,8 @@ impl<'a> World<'a> {
 
     /// Does all of it.
     pub fn build(mut self) -> Result<Scene, ImportError> {
-        let Level { bsp, entities, .. } = *self.level;
-        let mut surfaces = Surfaces::new(
-            bsp,
-            self.level.palette,
-            self.level.assets,
-            &mut self.warnings,
-        );
+        let Level { bsp, entities, .. } = self.level;
+        let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette);
         let world = self.model_mesh(&mut surfaces, bsp, 0, false);
         self.report.open_edges = world.open_edges;
         self.meshes.push(mesh("world", world));
@@ -115,7 +119,7 @@ impl<'a> World<'a> {
     }
 
     fn brush_entities(&mut self, surfaces: &mut Surfaces<'_>, poses: &[Pose<'_>]) {
-        let bsp = self.level.bsp;
+        let bsp = &self.level.bsp;
         let mut merged = HashSet::new();
         // Meshes of models that are instanced, by model and texture frames shown.
         let mut known: BTreeMap<(usize, bool), Option<usize>> = BTreeMap::new();
@@ -156,7 +160,7 @@ impl<'a> World<'a> {
 
     fn item_boxes(&mut self, poses: &[Pose<'_>]) {
         let mut known: BTreeMap<&str, Option<(usize, Affine3A)>> = BTreeMap::new();
-        for item in items::items(self.level.entities, self.options.skill) {
+        for item in items::items(&self.level.entities, self.options.skill) {
             let made = match known.get(item.file) {
                 Some(&made) => made,
                 None => {
@@ -168,7 +172,7 @@ impl<'a> World<'a> {
             let Some((mesh, growth)) = made else { continue };
             let place = Affine3A::from_rotation_translation(
                 Quat::from_rotation_z(item.yaw_deg.to_radians()),
-                items::rest(self.level.bsp, poses, item.origin),
+                items::rest(&self.level.bsp, poses, item.origin),
             );
             self.instances.push(Instance {
                 mesh,
@@ -179,7 +183,7 @@ impl<'a> World<'a> {
     }
 
     fn item_mesh(&mut self, file: &str) -> Option<(usize, Affine3A)> {
-        let Some(data) = self.level.assets.file(file) else {
+        let Some(data) = (self.files)(file) else {
             self.notes.add("item boxes", || {
                 format!("item boxes are not shown: there is no {file} beside the level")
             });
@@ -193,8 +197,8 @@ impl<'a> World<'a> {
                 return None;
             }
         };
-        let mut surfaces =
-            Surfaces::new(&bsp, self.level.palette, self.level.assets, &mut warnings);
+        let animation = Animation::new(&bsp.textures, &mut warnings);
+        let mut surfaces = Surfaces::new(&bsp, &animation, self.palette);
         for warning in warnings.iter() {
             self.notes.add(&format!("{file} {warning}"), || {
                 format!("{file}: {warning}")
@@ -208,12 +212,12 @@ impl<'a> World<'a> {
     }
 
     fn finish(mut self) -> Result<Scene, ImportError> {
-        let Level { bsp, entities, .. } = *self.level;
+        let Level { bsp, entities, .. } = self.level;
         for mesh in &mut self.meshes {
             alpha_tested_last(mesh, |m| self.set.materials[m.0 as usize].alpha_tested);
         }
         if self.meshes.iter().all(|m| m.triangles.is_empty()) {
-            return Err(ImportError::NothingToDraw(self.level.name.to_owned()));
+            return Err(ImportError::NothingToDraw(self.level.name.clone()));
         }
         let mut bounds_min = Vec3::INFINITY;
         let mut bounds_max = Vec3::NEG_INFINITY;
@@ -230,7 +234,7 @@ impl<'a> World<'a> {
             emitters::emissive_triangles(&self.meshes, &self.instances, &self.set.materials);
         let lights = match self.options.lights {
             LightMode::Textures => Vec::new(),
-            _ => lights::lights(bsp, entities, f64::from(self.options.time), &mut self.notes),
+            _ => lights::lights(self.level, f64::from(self.options.time), &mut self.notes),
         };
         let (lights, twice) =
             emitters::choose_lights(lights, self.options.lights, &triangles, |t| {
@@ -263,11 +267,11 @@ impl<'a> World<'a> {
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
         self.report.sealed = is_sealed(bsp);
-        self.report.warnings = (self.warnings.iter().map(ToString::to_string))
+        self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
         Ok(Scene {
-            name: self.level.name.to_owned(),
+            name: self.level.name.clone(),
             title: world
                 .and_then(|w| w.get("message"))
                 .map(|m| bsp::entity::unescape(m).trim().to_owned())
@@ -341,9 +345,6 @@ impl<'a> World<'a> {
 /// Whether the level's outside is solid: a compiler fills it only if no path leads out of the
 /// level. Several points are asked, well outside of everything drawn.
 fn is_sealed(bsp: &Bsp) -> bool {
-    let Some(tree) = hull::Hull::new(bsp, 0, 0) else {
-        return false;
-    };
     let model = &bsp.models[0];
     let lo = DVec3::from(model.mins.map(f64::from));
     let hi = DVec3::from(model.maxs.map(f64::from));
@@ -358,7 +359,8 @@ fn is_sealed(bsp: &Bsp) -> bool {
             f64::from(i / 3 % 3 - 1),
             f64::from(i / 9 - 1),
         );
-        tree.contents(middle + way * far) == Some(contents::SOLID)
+        let p = (middle + way * far).as_vec3().to_array();
+        bsp.point_contents(0, p) == Some(contents::SOLID)
     })
 }
 
