@@ -1,0 +1,367 @@
+//! What host and shaders agree on: structs, constants, binding numbers.
+//!
+//! This file is the only source. `shaders/abi.glsl` is generated from it and committed; a test
+//! fails when it is stale, another compares every member's offset in the compiled SPIR-V with the
+//! host's. Structs use scalar block layout, which is `repr(C)` for these types.
+
+#![allow(non_camel_case_types, reason = "GLSL's own names for its types")]
+
+use bytemuck::{Pod, Zeroable};
+
+/// GLSL `uint`.
+pub type uint = u32;
+/// GLSL `float`.
+pub type float = f32;
+/// GLSL `vec2`.
+pub type vec2 = [f32; 2];
+/// GLSL `vec3`.
+pub type vec3 = [f32; 3];
+/// GLSL `vec4`.
+pub type vec4 = [f32; 4];
+/// GLSL `uvec2`.
+pub type uvec2 = [u32; 2];
+
+/// A struct's layout, for the tests.
+pub struct Layout {
+    /// Name, the same on both sides.
+    pub name: &'static str,
+    /// Members with their byte offsets on the host.
+    pub members: &'static [(&'static str, usize)],
+}
+
+/// Declares structs, arrays in buffers and constants for both sides.
+macro_rules! abi {
+    (
+        constants { $( $(#[doc = $cdoc:literal])* $cname:ident : $cty:ident = $cvalue:literal; )* }
+        references { $( $(#[doc = $rdoc:literal])* $rname:ident => $access:ident $relem:ident, align $align:literal; )* }
+        structs { $(
+            $(#[doc = $sdoc:literal])*
+            $sname:ident { $( $(#[doc = $fdoc:literal])* $fname:ident : $fty:ident, )* }
+        )* }
+    ) => {
+        $( $(#[doc = $cdoc])* pub const $cname: $cty = $cvalue; )*
+        $( $(#[doc = $rdoc])* pub type $rname = u64; )*
+        $(
+            $(#[doc = $sdoc])*
+            #[repr(C)]
+            #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+            pub struct $sname { $( $(#[doc = $fdoc])* pub $fname: $fty, )* }
+        )*
+
+        /// Host layouts of all structs.
+        pub const LAYOUTS: &[Layout] = &[ $( Layout {
+            name: stringify!($sname),
+            members: &[ $( (stringify!($fname), std::mem::offset_of!($sname, $fname)), )* ],
+        }, )* ];
+
+        /// The text of `shaders/abi.glsl`.
+        #[must_use]
+        pub fn glsl() -> String {
+            let mut text = String::from(GLSL_HEAD);
+            $(
+                $( text += concat!("//", $cdoc, "\n"); )*
+                text += &constant(stringify!($cname), stringify!($cty), f64::from($cvalue as u32));
+            )*
+            text.push('\n');
+            // References may point to structs that hold references: name them all first.
+            $( text += concat!("layout(buffer_reference) buffer ", stringify!($rname), ";\n"); )*
+            $(
+                text.push('\n');
+                $( text += concat!("//", $sdoc, "\n"); )*
+                text += concat!("struct ", stringify!($sname), " {\n");
+                $(
+                    $( text += concat!("    //", $fdoc, "\n"); )*
+                    text += concat!("    ", stringify!($fty), " ", stringify!($fname), ";\n");
+                )*
+                text += "};\n";
+            )*
+            $(
+                text.push('\n');
+                $( text += concat!("//", $rdoc, "\n"); )*
+                text += concat!(
+                    "layout(buffer_reference, scalar, buffer_reference_align = ", $align, ") ",
+                    stringify!($access), " buffer ", stringify!($rname), " {\n    ",
+                    stringify!($relem), " at[];\n};\n"
+                );
+            )*
+            text
+        }
+    };
+}
+
+const GLSL_HEAD: &str = "\
+// Generated from crates/rt/src/abi.rs by `cargo xtask abi`; do not edit.
+
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_buffer_reference : require
+
+";
+
+fn constant(name: &str, ty: &str, value: f64) -> String {
+    let suffix = if ty == "uint" { "u" } else { "" };
+    format!("const {ty} {name} = {value}{suffix};\n")
+}
+
+abi! {
+    constants {
+        /// Descriptor binding of the top-level acceleration structure.
+        BINDING_TLAS: uint = 0;
+        /// Descriptor binding of the array of all textures.
+        BINDING_TEXTURES: uint = 1;
+        /// Estimator: direction = normal + point on unit sphere, light by hitting it.
+        ESTIMATOR_NAIVE: uint = 0;
+        /// Estimator: uniform hemisphere, light by hitting it.
+        ESTIMATOR_UNIFORM: uint = 1;
+        /// Estimator: light sampling alone.
+        ESTIMATOR_NEE: uint = 2;
+        /// Estimator: light sampling and hits, weighted.
+        ESTIMATOR_MIS: uint = 3;
+        /// Material flag: texels with alpha 0 are holes.
+        MATERIAL_ALPHA_TESTED: uint = 1;
+        /// Material flag: emits to both sides.
+        MATERIAL_TWO_SIDED: uint = 2;
+        /// Material flag: liquid warp; texture coordinates are world units.
+        MATERIAL_WARPED: uint = 4;
+        /// Material flag: shows the sky and ends the path.
+        MATERIAL_SKY: uint = 8;
+        /// Material flag: has an emission texture.
+        MATERIAL_EMISSIVE: uint = 16;
+        /// Sky kinds: none, the same everywhere, two scrolling layers.
+        SKY_NONE: uint = 0;
+        /// See `SKY_NONE`.
+        SKY_FLAT: uint = 1;
+        /// See `SKY_NONE`.
+        SKY_SCROLLING: uint = 2;
+        /// Film plane: sum of radiance rgb, number of samples.
+        PLANE_BEAUTY: uint = 0;
+        /// Film plane: sum of squared deviations from the mean rgb (Welford), face id + 1.
+        PLANE_DEVIATION: uint = 1;
+        /// Film plane: compensation of the radiance sum rgb (Kahan), sum of depth.
+        PLANE_COMPENSATION: uint = 2;
+        /// Number of film planes that are always there.
+        PLANES_BASIC: uint = 3;
+        /// Film plane: sum of emission seen directly.
+        PLANE_EMISSION: uint = 3;
+        /// Film plane: sum of light reflected once.
+        PLANE_DIRECT: uint = 4;
+        /// Film plane: sum of light reflected more than once.
+        PLANE_INDIRECT: uint = 5;
+        /// Film plane: sum of first-hit albedo.
+        PLANE_ALBEDO: uint = 6;
+        /// Film plane: sum of first-hit normals.
+        PLANE_NORMAL: uint = 7;
+        /// Film plane: sum of first-hit positions.
+        PLANE_POSITION: uint = 8;
+        /// Number of film planes with all layers.
+        PLANES_ALL: uint = 9;
+        /// Kind of a logged ray: end of the pixel's list.
+        RAY_NONE: uint = 0;
+        /// Kind of a logged ray: camera or bounce ray.
+        RAY_PATH: uint = 1;
+        /// Kind of a logged ray: shadow ray.
+        RAY_SHADOW: uint = 2;
+    }
+    references {
+        /// Triangles of all meshes, or emissive triangles in world space.
+        TriangleRef => readonly Triangle, align "16";
+        /// Instances, by custom index.
+        InstanceRef => readonly Instance, align "16";
+        /// Materials, by material id.
+        MaterialRef => readonly Material, align "16";
+        /// Alias table over emissive triangles, then point lights.
+        AliasRef => readonly AliasEntry, align "8";
+        /// Point lights.
+        LightRef => readonly Light, align "16";
+        /// The scene (one element).
+        SceneRef => readonly SceneData, align "8";
+        /// Film planes of width * height elements each, one after the other.
+        FilmRef => restrict vec4, align "16";
+        /// Counters (one element).
+        CountersRef => restrict Counters, align "8";
+        /// Logged rays: width * height rays of every pixel's first ray, then of the second, ...
+        RayRef => restrict LoggedRay, align "16";
+    }
+    structs {
+        /// One triangle with all that shading needs.
+        Triangle {
+            /// Corner, local space (world space for emitters).
+            p0: vec3,
+            /// Material index.
+            material: uint,
+            /// Corner.
+            p1: vec3,
+            /// Number of the level's face.
+            face: uint,
+            /// Corner.
+            p2: vec3,
+            /// Unit normal to the front, same space as the corners.
+            normal: vec3,
+            /// Texture coordinates of p0, texels.
+            uv0: vec2,
+            /// Texture coordinates of p1, texels.
+            uv1: vec2,
+            /// Texture coordinates of p2, texels.
+            uv2: vec2,
+        }
+        /// A placed mesh.
+        Instance {
+            /// Local to world, rows of a 3 x 4 matrix.
+            row0: vec4,
+            /// Second row.
+            row1: vec4,
+            /// Third row.
+            row2: vec4,
+            /// Index of the mesh's first opaque triangle.
+            opaque_base: uint,
+            /// Index of the mesh's first alpha-tested triangle.
+            alpha_base: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uvec2,
+        }
+        /// What a surface looks like.
+        Material {
+            /// Index of the base texture.
+            base: uint,
+            /// Index of the emission texture, valid if MATERIAL_EMISSIVE.
+            emission: uint,
+            /// Radiance of a white emission texel.
+            emission_scale: float,
+            /// Light sampling density per area before normalisation.
+            emission_weight: float,
+            /// MATERIAL_ flags.
+            flags: uint,
+            /// Texture width in texels.
+            width: uint,
+            /// Texture height in texels.
+            height: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uint,
+        }
+        /// One entry of the alias table.
+        AliasEntry {
+            /// Probability to keep this entry.
+            keep: float,
+            /// The entry to take otherwise.
+            other: uint,
+        }
+        /// A point light: an invisible sphere.
+        Light {
+            /// Centre, world space.
+            position: vec3,
+            /// Radius.
+            radius: float,
+            /// Radiant intensity.
+            intensity: vec3,
+            /// Probability with which the alias table chooses it.
+            probability: float,
+            /// Direction of the cone.
+            direction: vec3,
+            /// Cosine of half the inner cone.
+            cos_inner: float,
+            /// Cosine of half the outer cone; below -1 if there is no cone.
+            cos_outer: float,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: vec3,
+        }
+        /// Everything a shader reads of the scene.
+        SceneData {
+            /// Triangles of all meshes.
+            triangles: TriangleRef,
+            /// Instances.
+            instances: InstanceRef,
+            /// Materials.
+            materials: MaterialRef,
+            /// Emissive triangles, world space.
+            emitters: TriangleRef,
+            /// Alias table.
+            alias: AliasRef,
+            /// Point lights.
+            lights: LightRef,
+            /// Number of emissive triangles: entries of the alias table below it are triangles.
+            emitter_count: uint,
+            /// Entries of the alias table.
+            entry_count: uint,
+            /// Turns a material's emission weight into a density per unit area.
+            inv_total_weight: float,
+            /// Radiance of a white sky texel.
+            sky_scale: float,
+            /// Radiance of a flat sky.
+            sky_radiance: vec3,
+            /// Texture of the back layer.
+            sky_back: uint,
+            /// Texture of the front layer.
+            sky_front: uint,
+            /// Unused, keeps the size a multiple of 8 bytes.
+            padding: uint,
+        }
+        /// Numbers counted by the shaders, as low and high words.
+        Counters {
+            /// Rays traced.
+            rays: uvec2,
+            /// Samples that were not finite.
+            nonfinite: uvec2,
+            /// Camera and bounce rays that hit nothing.
+            escaped: uvec2,
+        }
+        /// One ray as it was traced.
+        LoggedRay {
+            /// Origin, world space.
+            origin: vec3,
+            /// Where it ends.
+            t_max: float,
+            /// Unit direction.
+            direction: vec3,
+            /// RAY_NONE, RAY_PATH or RAY_SHADOW.
+            kind: uint,
+        }
+        /// Push constants of the path tracer.
+        PathTraceParams {
+            /// The scene.
+            scene: SceneRef,
+            /// The film.
+            film: FilmRef,
+            /// The counters.
+            counters: CountersRef,
+            /// Where rays are logged, if they are.
+            ray_log: RayRef,
+            /// Eye, world space.
+            origin: vec3,
+            /// Level time, seconds.
+            time: float,
+            /// Unit view direction.
+            forward: vec3,
+            /// Longest ray the level needs.
+            t_max: float,
+            /// To the right edge of the image plane.
+            right: vec3,
+            /// Path vertices, 0 for unlimited.
+            depth: uint,
+            /// To the upper edge of the image plane.
+            up: vec3,
+            /// Number of the first sample of this dispatch.
+            sample_begin: uint,
+            /// Seed.
+            seed: uvec2,
+            /// Samples to add.
+            sample_count: uint,
+            /// Rays logged per pixel at most.
+            ray_log_length: uint,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_what_the_shaders_read() {
+        // Elements of arrays that are read at a 16-byte alignment.
+        assert_eq!(size_of::<Triangle>(), 80);
+        assert_eq!(size_of::<Instance>(), 64);
+        assert_eq!(size_of::<Material>(), 32);
+        assert_eq!(size_of::<Light>(), 64);
+        assert_eq!(size_of::<LoggedRay>(), 32);
+        assert!(size_of::<PathTraceParams>() <= 128, "push constants every device has");
+    }
+}

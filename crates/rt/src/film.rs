@@ -1,0 +1,101 @@
+//! The film in device memory.
+
+use crate::abi;
+use crate::vk::{Buffer, Device, Error, Location, Recording, Usage};
+use scene::render::{Counters, Film, Settings};
+use std::sync::Arc;
+
+/// Running sums per pixel and counters; see `shaders/lib/film.glsl`.
+pub struct GpuFilm {
+    width: u32,
+    height: u32,
+    planes: u32,
+    /// Planes of `width * height` vec4, one after the other.
+    pub(crate) sums: Arc<Buffer>,
+    pub(crate) counters: Arc<Buffer>,
+}
+
+const VEC4: u64 = size_of::<abi::vec4>() as u64;
+
+impl GpuFilm {
+    /// Makes an empty film for `settings`.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn new(device: &Arc<Device>, settings: &Settings) -> Result<Self, Error> {
+        let planes = if settings.aovs { abi::PLANES_ALL } else { abi::PLANES_BASIC };
+        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let make = |name, size| {
+            Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device)
+        };
+        let film = Self {
+            width: settings.width,
+            height: settings.height,
+            planes,
+            sums: make("film", u64::from(planes) * pixels * VEC4)?,
+            counters: make("counters", size_of::<abi::Counters>() as u64)?,
+        };
+        let mut recording = Recording::begin(device)?;
+        recording.clear(&film.sums);
+        recording.clear(&film.counters);
+        recording.submit_and_wait()?;
+        Ok(film)
+    }
+
+    /// Reads the film back and turns sums into means.
+    ///
+    /// # Errors
+    /// When a call fails or there is no memory.
+    pub fn read_back(&self, samples: u32) -> Result<Film, Error> {
+        let device = self.sums.device();
+        let copy = |size| {
+            Buffer::new(device, "read-back", size, Usage::empty(), Location::ReadBack)
+        };
+        let (sums, counters) = (copy(self.sums.size())?, copy(self.counters.size())?);
+        let mut recording = Recording::begin(device)?;
+        recording.copy(&self.sums, &sums, (0, 0), self.sums.size());
+        recording.copy(&self.counters, &counters, (0, 0), self.counters.size());
+        recording.submit_and_wait()?;
+
+        let pixels = self.width as usize * self.height as usize;
+        let used = pixels * self.planes as usize * VEC4 as usize;
+        let words: &[abi::vec4] = bytemuck::cast_slice(&sums.read()?[..used]);
+        let plane = |index: u32| &words[index as usize * pixels..][..pixels];
+        let n = f64::from(samples.max(1));
+        let mean = |p: &abi::vec4| [0, 1, 2].map(|c| (f64::from(p[c]) / n) as f32);
+        let mut film = Film {
+            width: self.width,
+            height: self.height,
+            samples,
+            beauty: plane(abi::PLANE_BEAUTY).iter().map(mean).collect(),
+            // Sample variance of one sample is not known; that of the mean needs two.
+            variance: (plane(abi::PLANE_DEVIATION).iter())
+                .map(|d| [0, 1, 2].map(|c| (f64::from(d[c]) / (n * (n - 1.0).max(1.0))) as f32))
+                .collect(),
+            ..Film::default()
+        };
+        if self.planes == abi::PLANES_ALL {
+            let layer = |index: u32| plane(index).iter().map(mean).collect();
+            film.emission = layer(abi::PLANE_EMISSION);
+            film.direct = layer(abi::PLANE_DIRECT);
+            film.indirect = layer(abi::PLANE_INDIRECT);
+            film.albedo = layer(abi::PLANE_ALBEDO);
+            film.normal = layer(abi::PLANE_NORMAL);
+            film.position = layer(abi::PLANE_POSITION);
+            film.depth = (plane(abi::PLANE_COMPENSATION).iter())
+                .map(|p| (f64::from(p[3]) / n) as f32)
+                .collect();
+            film.id = plane(abi::PLANE_DEVIATION).iter().map(|p| p[3].to_bits()).collect();
+        }
+        let used = size_of::<abi::Counters>();
+        let counted: abi::Counters = *bytemuck::from_bytes(&counters.read()?[..used]);
+        let wide = |[low, high]: abi::uvec2| u64::from(high) << 32 | u64::from(low);
+        film.counters = Counters {
+            paths: u64::from(samples) * pixels as u64,
+            rays: wide(counted.rays),
+            nonfinite: wide(counted.nonfinite),
+            escaped: wide(counted.escaped),
+        };
+        Ok(film)
+    }
+}

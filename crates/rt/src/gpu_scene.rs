@@ -1,0 +1,366 @@
+//! A scene in device memory: flat buffers, textures and acceleration structures.
+
+use crate::abi;
+use crate::vk::{
+    Blas, BlasGeometry, BlasInput, Buffer, Device, Error, Image, Location, Recording, Timing, Tlas,
+    TlasInstance, Usage,
+};
+use bytemuck::Zeroable;
+use glam::{Affine3A, Vec3};
+use scene::material::{Material, Surface};
+use scene::mesh::{Mesh, Triangle};
+use scene::sky::SkyKind;
+use scene::{Features, Scene};
+use std::sync::Arc;
+
+/// A scene in device memory.
+pub struct GpuScene {
+    /// Address of the [`abi::SceneData`].
+    pub(crate) address: u64,
+    pub(crate) tlas: Tlas,
+    pub(crate) textures: Vec<Arc<Image>>,
+    pub(crate) features: Features,
+    pub(crate) sky: u32,
+    /// Longest ray that stays within the scene's bounds.
+    pub(crate) bounds: (Vec3, Vec3),
+    /// GPU times of building and compacting the bottom-level structures and of the first top level.
+    pub(crate) timings: Vec<Timing>,
+    /// Bytes of all bottom-level structures.
+    pub(crate) blas_bytes: u64,
+    instances: Vec<abi::Instance>,
+    instance_buffer: Arc<Buffer>,
+    _buffers: Vec<Arc<Buffer>>,
+}
+
+/// Where a mesh's parts lie in the scene's flat arrays.
+struct Part {
+    triangle_base: u32,
+    first_alpha: u32,
+    position_base: u64,
+    index_base: u64,
+}
+
+impl GpuScene {
+    /// Uploads a scene and builds its acceleration structures.
+    ///
+    /// # Errors
+    /// When the scene is larger than the device allows, or there is no memory.
+    pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Self, Error> {
+        let mut staging = Staging::default();
+        let mut positions: Vec<[f32; 3]> = Vec::new();
+        let mut indices: Vec<[u32; 3]> = Vec::new();
+        let mut triangles: Vec<abi::Triangle> = Vec::with_capacity(scene.triangle_count());
+        let mut parts = Vec::with_capacity(scene.meshes.len());
+        for mesh in &scene.meshes {
+            parts.push(Part {
+                triangle_base: triangles.len() as u32,
+                first_alpha: mesh.first_alpha_tested as u32,
+                position_base: positions.len() as u64,
+                index_base: indices.len() as u64,
+            });
+            positions.extend(mesh.positions.iter().map(Vec3::to_array));
+            indices.extend(mesh.triangles.iter().map(|t| t.vertices));
+            triangles.extend(mesh.triangles.iter().map(|t| triangle(mesh, t, &Affine3A::IDENTITY)));
+        }
+        let emitters: Vec<_> = scene
+            .emitters
+            .triangles
+            .iter()
+            .map(|e| {
+                let placed = &scene.instances[e.instance as usize];
+                let mesh = &scene.meshes[placed.mesh];
+                triangle(mesh, &mesh.triangles[e.triangle as usize], &placed.transform)
+            })
+            .collect();
+        let alias: Vec<_> = (scene.emitters.alias.iter())
+            .map(|&(keep, other)| abi::AliasEntry { keep, other })
+            .collect();
+        let total = scene.emitters.total_weight;
+        let inv_total_weight = if total > 0.0 { 1.0 / total } else { 0.0 };
+        let lights: Vec<_> = scene.lights.iter().map(|l| light(l, inv_total_weight)).collect();
+        let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
+        let instances: Vec<_> = scene
+            .instances
+            .iter()
+            .map(|i| {
+                let (part, mesh) = (&parts[i.mesh], &scene.meshes[i.mesh]);
+                let alpha_base = part.triangle_base + part.first_alpha;
+                // A mesh of alpha-tested triangles alone has them as geometry 0.
+                let only_alpha = mesh.first_alpha_tested == 0;
+                let opaque_base = if only_alpha { alpha_base } else { part.triangle_base };
+                instance(&i.transform, opaque_base, alpha_base)
+            })
+            .collect();
+
+        let positions = staging.add(device, "positions", BUILD_INPUT, &positions)?;
+        let indices = staging.add(device, "indices", BUILD_INPUT, &indices)?;
+        let triangles = staging.add(device, "triangles", Usage::STORAGE_BUFFER, &triangles)?;
+        let emitter_buffer = staging.add(device, "emitters", Usage::STORAGE_BUFFER, &emitters)?;
+        let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
+        let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
+        let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
+        let instance_buffer = staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
+        let mut data = abi::SceneData {
+            triangles: triangles.address(),
+            instances: instance_buffer.address(),
+            materials: materials.address(),
+            emitters: emitter_buffer.address(),
+            alias: alias_buffer.address(),
+            lights: light_buffer.address(),
+            emitter_count: emitters.len() as u32,
+            entry_count: alias.len() as u32,
+            inv_total_weight,
+            sky_scale: scene.sky.scale,
+            ..abi::SceneData::zeroed()
+        };
+        let sky = match scene.sky.kind {
+            SkyKind::None => abi::SKY_NONE,
+            SkyKind::Flat(radiance) => {
+                data.sky_radiance = radiance.to_array();
+                abi::SKY_FLAT
+            }
+            SkyKind::Scrolling { back, front } => {
+                (data.sky_back, data.sky_front) = (back.0, front.0);
+                abi::SKY_SCROLLING
+            }
+        };
+        let scene_buffer = staging.add(device, "scene", Usage::STORAGE_BUFFER, &[data])?;
+        let textures = staging.add_textures(device, scene)?;
+        staging.submit(device)?;
+
+        let inputs: Vec<_> = scene
+            .meshes
+            .iter()
+            .zip(&parts)
+            .map(|(mesh, part)| blas_input(mesh, part, &positions, &indices))
+            .collect();
+        let (blas, mut timings) = Blas::build(device, &inputs)?;
+        let placed = scene
+            .instances
+            .iter()
+            .enumerate()
+            .map(|(index, i)| TlasInstance {
+                blas: blas[i.mesh].clone(),
+                transform: i.transform,
+                custom_index: index as u32,
+                hit_group: u32::from(scene.meshes[i.mesh].first_alpha_tested == 0),
+            })
+            .collect();
+        let tlas = Tlas::new(device, placed)?;
+        let mut recording = Recording::begin(device)?;
+        tlas.record_build(&mut recording, false)?;
+        timings.extend(recording.submit_and_wait()?);
+        Ok(Self {
+            address: scene_buffer.address(),
+            tlas,
+            textures,
+            features: scene.features,
+            sky,
+            bounds: (scene.bounds_min, scene.bounds_max),
+            timings,
+            blas_bytes: blas.iter().map(|b| b.size()).sum(),
+            instances,
+            instance_buffer: instance_buffer.clone(),
+            _buffers: vec![
+                triangles,
+                emitter_buffer,
+                alias_buffer,
+                light_buffer,
+                materials,
+                instance_buffer,
+                scene_buffer,
+            ],
+        })
+    }
+
+    /// Moves every instance, in the order of the scene, and records what follows from it: a new
+    /// instance table and a rebuilt or refitted top-level structure.
+    ///
+    /// Emissive triangles stay where they were uploaded.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn record_transforms(
+        &mut self,
+        recording: &mut Recording,
+        transforms: &[Affine3A],
+        refit: bool,
+    ) -> Result<(), Error> {
+        for (record, transform) in self.instances.iter_mut().zip(transforms) {
+            *record = instance(transform, record.opaque_base, record.alpha_base);
+        }
+        let bytes = bytemuck::cast_slice(&self.instances);
+        let device = self.instance_buffer.device().clone();
+        let staged = Buffer::with_data(&device, "moved instances", Usage::empty(), bytes)?;
+        recording.copy(&staged, &self.instance_buffer, (0, 0), bytes.len() as u64);
+        self.tlas.set_transforms(transforms.iter().copied());
+        self.tlas.record_build(recording, refit)
+    }
+
+    /// A length no ray inside the scene, seen from `eye`, can exceed.
+    pub(crate) fn longest_ray(&self, eye: Vec3) -> f32 {
+        let (min, max) = (self.bounds.0.min(eye), self.bounds.1.max(eye));
+        (max - min).length() * 1.01 + 1.0
+    }
+}
+
+const BUILD_INPUT: Usage = Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+
+fn blas_input(mesh: &Mesh, part: &Part, positions: &Arc<Buffer>, indices: &Arc<Buffer>) -> BlasInput {
+    let index_bytes = size_of::<[u32; 3]>() as u64;
+    let alpha = (mesh.triangles.len() - mesh.first_alpha_tested) as u32;
+    let opaque = mesh.first_alpha_tested as u32;
+    let geometry = |first: u32, triangles: u32, opaque: bool| BlasGeometry {
+        index_offset: (part.index_base + u64::from(first)) * index_bytes,
+        triangles,
+        opaque,
+    };
+    let mut geometries = Vec::new();
+    if opaque > 0 {
+        geometries.push(geometry(0, opaque, true));
+    }
+    if alpha > 0 {
+        geometries.push(geometry(opaque, alpha, false));
+    }
+    BlasInput {
+        name: format!("BLAS {}", mesh.name),
+        positions: positions.clone(),
+        position_offset: part.position_base * size_of::<[f32; 3]>() as u64,
+        position_count: mesh.positions.len().max(1) as u32,
+        indices: indices.clone(),
+        geometries,
+    }
+}
+
+fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
+    let corner = |i: usize| {
+        transform.transform_point3(mesh.positions[t.vertices[i] as usize]).to_array()
+    };
+    // Cofactors keep the normal on its side under any transform.
+    let [x, y, z] =
+        [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    let n = y.cross(z) * t.normal.x + z.cross(x) * t.normal.y + x.cross(y) * t.normal.z;
+    abi::Triangle {
+        p0: corner(0),
+        material: t.material.0,
+        p1: corner(1),
+        face: t.face,
+        p2: corner(2),
+        normal: Vec3::from(n).normalize_or_zero().to_array(),
+        uv0: t.uv[0],
+        uv1: t.uv[1],
+        uv2: t.uv[2],
+    }
+}
+
+fn instance(transform: &Affine3A, opaque_base: u32, alpha_base: u32) -> abi::Instance {
+    let (m, t) = (transform.matrix3, transform.translation);
+    let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];
+    abi::Instance {
+        row0: row(0),
+        row1: row(1),
+        row2: row(2),
+        opaque_base,
+        alpha_base,
+        padding: [0; 2],
+    }
+}
+
+fn material(m: &Material, scene: &Scene) -> abi::Material {
+    let base = &scene.textures[m.base.0 as usize];
+    let mut flags = 0;
+    let mut set = |on: bool, flag: u32| flags |= if on { flag } else { 0 };
+    set(m.alpha_tested, abi::MATERIAL_ALPHA_TESTED);
+    set(m.two_sided, abi::MATERIAL_TWO_SIDED);
+    set(m.warped, abi::MATERIAL_WARPED);
+    set(m.surface == Surface::Sky, abi::MATERIAL_SKY);
+    set(m.emission.is_some(), abi::MATERIAL_EMISSIVE);
+    abi::Material {
+        base: m.base.0,
+        emission: m.emission.map_or(0, |t| t.0),
+        emission_scale: m.emission_scale,
+        emission_weight: m.emission_weight,
+        flags,
+        width: base.width,
+        height: base.height,
+        padding: 0,
+    }
+}
+
+fn light(l: &scene::PointLight, inv_total_weight: f32) -> abi::Light {
+    let (direction, cos_inner, cos_outer) = match l.spot {
+        Some(spot) => (spot.direction, spot.cos_inner, spot.cos_outer),
+        None => (Vec3::Z, -2.0, -2.0),
+    };
+    abi::Light {
+        position: l.position.to_array(),
+        radius: l.radius,
+        intensity: l.intensity.to_array(),
+        probability: l.weight() * inv_total_weight,
+        direction: direction.to_array(),
+        cos_inner,
+        cos_outer,
+        padding: [0.0; 3],
+    }
+}
+
+/// Copies from host to device memory, collected into one submission.
+#[derive(Default)]
+struct Staging {
+    buffers: Vec<(Arc<Buffer>, Arc<Buffer>, u64)>,
+    texels: Option<Arc<Buffer>>,
+    images: Vec<(u64, Arc<Image>)>,
+}
+
+impl Staging {
+    fn add<T: bytemuck::NoUninit>(
+        &mut self,
+        device: &Arc<Device>,
+        name: &str,
+        usage: Usage,
+        data: &[T],
+    ) -> Result<Arc<Buffer>, Error> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let size = bytes.len() as u64;
+        let buffer = Buffer::new(device, name, size, usage, Location::Device)?;
+        if size > 0 {
+            let from = Buffer::with_data(device, name, Usage::empty(), bytes)?;
+            self.buffers.push((from, buffer.clone(), size));
+        }
+        Ok(buffer)
+    }
+
+    fn add_textures(
+        &mut self,
+        device: &Arc<Device>,
+        scene: &Scene,
+    ) -> Result<Vec<Arc<Image>>, Error> {
+        let mut texels: Vec<u8> = Vec::new();
+        for texture in &scene.textures {
+            let image = Image::new(device, &texture.name, texture.width, texture.height)?;
+            self.images.push((texels.len() as u64, image));
+            texels.extend_from_slice(bytemuck::cast_slice(&texture.rgba));
+        }
+        if self.images.is_empty() {
+            // A descriptor array of no length is not allowed.
+            self.images.push((0, Image::new(device, "no texture", 1, 1)?));
+            texels.extend_from_slice(&[255; 4]);
+        }
+        self.texels = Some(Buffer::with_data(device, "texels", Usage::empty(), &texels)?);
+        Ok(self.images.iter().map(|(_, image)| image.clone()).collect())
+    }
+
+    fn submit(self, device: &Arc<Device>) -> Result<(), Error> {
+        let mut recording = Recording::begin(device)?;
+        for (from, to, size) in &self.buffers {
+            recording.copy(from, to, (0, 0), *size);
+        }
+        if let Some(texels) = &self.texels {
+            for (offset, image) in &self.images {
+                recording.upload_image(texels, *offset, image);
+            }
+        }
+        recording.submit_and_wait()?;
+        Ok(())
+    }
+}

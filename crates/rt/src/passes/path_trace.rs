@@ -1,0 +1,126 @@
+//! The path tracing pass: `shaders/path_trace.*`, `shaders/shadow.rmiss`.
+
+use super::spirv;
+use crate::abi;
+use crate::film::GpuFilm;
+use crate::gpu_scene::GpuScene;
+use crate::vk::{
+    Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
+    Specialization,
+};
+use bytemuck::Zeroable;
+use scene::render::{Estimator, Settings};
+use std::sync::Arc;
+
+/// Where rays are logged, for the yardstick.
+#[derive(Clone)]
+pub(crate) struct RayLog {
+    /// Room for `length` rays per pixel.
+    pub buffer: Arc<Buffer>,
+    /// Rays per pixel at most.
+    pub length: u32,
+}
+
+/// The pipeline for one scene and one kind of settings, with the descriptors of the scene.
+pub(crate) struct PathTrace {
+    pipeline: Arc<RayTracingPipeline>,
+    set: Arc<DescriptorSet>,
+    log: Option<RayLog>,
+}
+
+/// Which ray generation shader a pipeline gets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// The path tracer.
+    PathTrace,
+    /// The path tracer, writing every ray into the log.
+    LogRays,
+    /// Tracing the logged rays and nothing else.
+    TraceOnly,
+}
+
+impl PathTrace {
+    /// Builds the pipeline for what the scene contains.
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &GpuScene,
+        settings: &Settings,
+        kind: Kind,
+        log: Option<RayLog>,
+    ) -> Result<Self, Error> {
+        let features = scene.features;
+        let specialization = Specialization(vec![
+            match settings.estimator {
+                Estimator::Naive => abi::ESTIMATOR_NAIVE,
+                Estimator::Uniform => abi::ESTIMATOR_UNIFORM,
+                Estimator::Nee => abi::ESTIMATOR_NEE,
+                Estimator::Mis => abi::ESTIMATOR_MIS,
+            },
+            scene.sky,
+            u32::from(features.emissive_surfaces),
+            u32::from(features.point_lights),
+            u32::from(features.liquids),
+            u32::from(features.instances),
+            u32::from(features.fences),
+            u32::from(settings.aovs),
+            u32::from(kind == Kind::LogRays),
+        ]);
+        let raygen = match kind {
+            Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
+            Kind::TraceOnly => spirv!("trace_only.rgen"),
+        };
+        let (miss, shadow_miss) = (spirv!("path_trace.rmiss"), spirv!("shadow.rmiss"));
+        let (closest_hit, any_hit) = (spirv!("path_trace.rchit"), spirv!("path_trace.rahit"));
+        let shaders = RayTracingShaders {
+            raygen: &raygen,
+            miss: &[&miss, &shadow_miss],
+            closest_hit: &closest_hit,
+            any_hit: features.fences.then_some(any_hit.as_slice()),
+        };
+        let pipeline = RayTracingPipeline::new(
+            device,
+            "path trace",
+            &shaders,
+            &specialization,
+            scene.textures.len() as u32,
+            size_of::<abi::PathTraceParams>() as u32,
+        )?;
+        let set = DescriptorSet::new(&pipeline, &scene.tlas, scene.textures.clone())?;
+        Ok(Self { pipeline, set, log })
+    }
+
+    /// Records `count` samples per pixel from sample `begin` on.
+    pub fn record(
+        &self,
+        recording: &mut Recording,
+        scene: &GpuScene,
+        film: &GpuFilm,
+        settings: &Settings,
+        begin: u32,
+        count: u32,
+    ) -> Result<(), Error> {
+        let view = settings.camera.view_basis(settings.width, settings.height);
+        let params = abi::PathTraceParams {
+            scene: scene.address,
+            film: film.sums.address(),
+            counters: film.counters.address(),
+            ray_log: self.log.as_ref().map_or(0, |l| l.buffer.address()),
+            ray_log_length: self.log.as_ref().map_or(0, |l| l.length),
+            origin: view.origin.as_vec3().to_array(),
+            forward: view.forward.as_vec3().to_array(),
+            right: view.right.as_vec3().to_array(),
+            up: view.up.as_vec3().to_array(),
+            t_max: scene.longest_ray(settings.camera.position),
+            time: settings.time,
+            depth: settings.depth,
+            seed: [settings.seed as u32, (settings.seed >> 32) as u32],
+            sample_begin: begin,
+            sample_count: count,
+            ..abi::PathTraceParams::zeroed()
+        };
+        let size = [settings.width, settings.height];
+        recording.keep(film.sums.clone());
+        recording.keep(film.counters.clone());
+        self.pipeline.record_trace(recording, &self.set, bytemuck::bytes_of(&params), size)
+    }
+}

@@ -1,0 +1,73 @@
+//! Film to display codes: `shaders/tonemap.comp`.
+
+use super::spirv;
+use crate::film::GpuFilm;
+use crate::vk::{Buffer, ComputePipeline, Device, Error, Location, Recording, Usage};
+use std::sync::Arc;
+
+/// Tone curves, numbered as in the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ToneCurve {
+    /// AgX with its base look.
+    Agx = 0,
+    /// Narkowicz's fit of the ACES curve.
+    Aces = 1,
+    /// x / (1 + x) on luminance.
+    Reinhard = 2,
+    /// Cut off at 1.
+    Clip = 3,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Params {
+    width: u32,
+    height: u32,
+    curve: u32,
+    gain: f32,
+}
+
+/// The pass.
+pub(crate) struct Tonemap {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl Tonemap {
+    pub fn new(device: &Arc<Device>) -> Result<Self, Error> {
+        let code = spirv!("tonemap.comp");
+        let size = size_of::<Params>() as u32;
+        Ok(Self { pipeline: ComputePipeline::new(device, "tone map", &code, 2, size)? })
+    }
+
+    /// Display codes of the film at an exposure of `ev` stops: RGB and 255, rows from the top.
+    pub fn run(
+        &self,
+        film: &GpuFilm,
+        size: [u32; 2],
+        curve: ToneCurve,
+        ev: f32,
+    ) -> Result<Vec<[u8; 4]>, Error> {
+        let device = film.sums.device();
+        let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
+        let out =
+            Buffer::new(device, "display", bytes, Usage::STORAGE_BUFFER, Location::Device)?;
+        let host = Buffer::new(device, "display", bytes, Usage::empty(), Location::ReadBack)?;
+        let params = Params {
+            width: size[0],
+            height: size[1],
+            curve: curve as u32,
+            gain: ev.exp2(),
+        };
+        let mut recording = Recording::begin(device)?;
+        recording.span("tone map", |r| {
+            // The beauty plane is the film's first.
+            let buffers = [(&film.sums, 4 * bytes), (&out, bytes)];
+            let groups = size.map(|n| n.div_ceil(8));
+            self.pipeline.record_dispatch(r, &buffers, bytemuck::bytes_of(&params), groups)
+        })?;
+        recording.copy(&out, &host, (0, 0), bytes);
+        recording.submit_and_wait()?;
+        Ok(bytemuck::cast_slice(&host.read()?[..bytes as usize]).to_vec())
+    }
+}

@@ -1,0 +1,243 @@
+//! The renderer: scene and settings in, film out.
+
+use crate::film::GpuFilm;
+use crate::gpu_scene::GpuScene;
+use crate::passes::path_trace::{Kind, PathTrace, RayLog};
+use crate::passes::tonemap::{ToneCurve, Tonemap};
+use crate::passes::{Frame, record_frame};
+use crate::vk::{
+    Buffer, Device, DeviceInfo, Error, Instance, Location, Options, Recording, Timing, Usage,
+};
+use crate::abi;
+use glam::Affine3A;
+use scene::Scene;
+use scene::render::{Film, Renderer, Settings};
+use std::sync::Arc;
+
+/// An opened GPU.
+#[derive(Clone)]
+pub struct Gpu {
+    device: Arc<Device>,
+}
+
+impl Gpu {
+    /// Opens the device with this index in [`crate::devices`].
+    ///
+    /// # Errors
+    /// When there is no Vulkan, or the device lacks something, named.
+    pub fn open(index: usize, options: Options) -> Result<Self, Error> {
+        Ok(Self { device: Device::open(&Instance::new(options)?, index)? })
+    }
+
+    /// What the device is.
+    #[must_use]
+    pub fn info(&self) -> &DeviceInfo {
+        self.device.info()
+    }
+
+    /// What the validation layer has said so far; empty without validation.
+    #[must_use]
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.device.instance().validation_messages()
+    }
+}
+
+/// Longest GPU time one submission should take, in milliseconds: systems stop a device that does
+/// not answer for a second or two.
+const SUBMISSION_MS: f64 = 250.0;
+
+/// The path tracer on one device, for one scene and one picture.
+pub struct PathTracer {
+    device: Arc<Device>,
+    scene: GpuScene,
+    film: GpuFilm,
+    path_trace: PathTrace,
+    settings: Settings,
+    samples: u32,
+    trace_ms: f64,
+    upload_timings: Vec<Timing>,
+}
+
+impl PathTracer {
+    /// Uploads the scene, builds its acceleration structures and the pipeline.
+    ///
+    /// # Errors
+    /// When the scene is larger than the device allows, there is no memory, or a call fails.
+    pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        let device = gpu.device.clone();
+        let scene = GpuScene::upload(&device, scene)?;
+        let film = GpuFilm::new(&device, settings)?;
+        let path_trace = PathTrace::new(&device, &scene, settings, Kind::PathTrace, None)?;
+        let upload_timings = scene.timings.clone();
+        let settings = settings.clone();
+        Ok(Self {
+            device,
+            scene,
+            film,
+            path_trace,
+            settings,
+            samples: 0,
+            trace_ms: 0.0,
+            upload_timings,
+        })
+    }
+
+    /// GPU times of the upload: building and compacting bottom-level structures, building the top
+    /// level. Empty on devices without timestamps.
+    #[must_use]
+    pub fn upload_timings(&self) -> &[Timing] {
+        &self.upload_timings
+    }
+
+    /// Bytes of all bottom-level acceleration structures.
+    #[must_use]
+    pub fn blas_bytes(&self) -> u64 {
+        self.scene.blas_bytes
+    }
+
+    /// GPU time spent tracing so far, in milliseconds; 0 on devices without timestamps.
+    #[must_use]
+    pub fn trace_ms(&self) -> f64 {
+        self.trace_ms
+    }
+
+    /// Samples per pixel so far.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Begins a new picture of the same scene: an empty film.
+    ///
+    /// # Errors
+    /// When a call fails.
+    pub fn clear(&mut self) -> Result<(), Error> {
+        let mut recording = Recording::begin(&self.device)?;
+        recording.clear(&self.film.sums);
+        recording.clear(&self.film.counters);
+        recording.submit_and_wait()?;
+        (self.samples, self.trace_ms) = (0, 0.0);
+        Ok(())
+    }
+
+    /// Moves every instance of the scene, in its order, and adds samples: one frame of a demo or
+    /// of a viewer. Returns the GPU times of its parts.
+    ///
+    /// With `refit` the top level is updated instead of rebuilt: cheaper, and slower to trace the
+    /// further instances have moved. Emissive triangles stay where they were uploaded.
+    ///
+    /// # Errors
+    /// When a call fails or there is no memory.
+    pub fn frame(
+        &mut self,
+        transforms: &[Affine3A],
+        refit: bool,
+        samples: u32,
+    ) -> Result<Vec<Timing>, Error> {
+        self.submit(Some((transforms, refit)), samples)
+    }
+
+    fn submit(
+        &mut self,
+        moved: Option<(&[Affine3A], bool)>,
+        samples: u32,
+    ) -> Result<Vec<Timing>, Error> {
+        let mut recording = Recording::begin(&self.device)?;
+        let frame = Frame { moved, settings: &self.settings, samples: (self.samples, samples) };
+        record_frame(&mut recording, &mut self.scene, &self.film, &self.path_trace, &frame)?;
+        let timings = recording.submit_and_wait()?;
+        self.samples += samples;
+        self.trace_ms += (timings.iter().filter(|t| t.name == "path trace"))
+            .map(|t| t.milliseconds)
+            .sum::<f64>();
+        Ok(timings)
+    }
+
+    /// Display codes of the film at an exposure of `ev` stops, made on the device: red, green,
+    /// blue and 255 per pixel, rows from the top.
+    ///
+    /// # Errors
+    /// When the film is larger than one buffer of the device, or a call fails.
+    pub fn display(&self, curve: ToneCurve, ev: f32) -> Result<Vec<[u8; 4]>, Error> {
+        let size = [self.settings.width, self.settings.height];
+        Tonemap::new(&self.device)?.run(&self.film, size, curve, ev)
+    }
+}
+
+impl Renderer for PathTracer {
+    type Error = Error;
+
+    fn accumulate(&mut self, samples: u32) -> Result<(), Error> {
+        let mut left = samples;
+        while left > 0 {
+            // The film does not depend on how samples are split, so the split may follow the clock.
+            let per_sample = self.trace_ms / f64::from(self.samples.max(1));
+            let fits = if per_sample > 0.0 { (SUBMISSION_MS / per_sample) as u32 } else { 1 };
+            let now = left.min(fits.max(1));
+            self.submit(None, now)?;
+            left -= now;
+        }
+        Ok(())
+    }
+
+    fn film(&mut self) -> Result<Film, Error> {
+        self.film.read_back(self.samples)
+    }
+}
+
+/// Measures how fast the device traces the path tracer's own rays with nothing else to do.
+pub struct Yardstick {
+    tracer: PathTracer,
+    trace_only: PathTrace,
+}
+
+impl Yardstick {
+    /// Renders `samples` samples while logging every ray.
+    ///
+    /// # Errors
+    /// When there is no memory for the log, or a call fails.
+    pub fn new(
+        gpu: &Gpu,
+        scene: &Scene,
+        settings: &Settings,
+        samples: u32,
+    ) -> Result<Self, Error> {
+        let device = gpu.device.clone();
+        // A path has at most one camera or bounce ray and one shadow ray per vertex.
+        let length = samples * 2 * settings.depth.max(1);
+        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let size = pixels * u64::from(length) * size_of::<abi::LoggedRay>() as u64;
+        let buffer =
+            Buffer::new(&device, "ray log", size, Usage::STORAGE_BUFFER, Location::Device)?;
+        let log = RayLog { buffer, length };
+        let mut tracer = PathTracer::new(gpu, scene, settings)?;
+        let (kind, scene) = (Kind::LogRays, &tracer.scene);
+        tracer.path_trace = PathTrace::new(&device, scene, settings, kind, Some(log.clone()))?;
+        tracer.submit(None, samples)?;
+        let kind = Kind::TraceOnly;
+        let trace_only = PathTrace::new(&device, &tracer.scene, settings, kind, Some(log))?;
+        Ok(Self { tracer, trace_only })
+    }
+
+    /// Rays in the log.
+    ///
+    /// # Errors
+    /// When a call fails.
+    pub fn rays(&mut self) -> Result<u64, Error> {
+        Ok(self.tracer.film()?.counters.rays)
+    }
+
+    /// Traces the logged rays once. Returns the GPU time in milliseconds. The film is lost.
+    ///
+    /// # Errors
+    /// When a call fails.
+    pub fn run(&mut self) -> Result<f64, Error> {
+        let tracer = &self.tracer;
+        let mut recording = Recording::begin(&tracer.device)?;
+        recording.span("trace only", |r| {
+            self.trace_only.record(r, &tracer.scene, &tracer.film, &tracer.settings, 0, 0)
+        })?;
+        let timings = recording.submit_and_wait()?;
+        Ok(timings.iter().map(|t| t.milliseconds).sum())
+    }
+}

@@ -1,0 +1,463 @@
+//! Acceleration structures: bottom level per mesh, top level over instances.
+
+use super::{Access, Buffer, Device, Error, Location, Named, Recording, Usage};
+use ash::vk;
+use glam::Affine3A;
+use std::sync::Arc;
+
+/// An acceleration structure in a buffer of its own.
+struct Accel {
+    raw: vk::AccelerationStructureKHR,
+    buffer: Arc<Buffer>,
+    address: u64,
+}
+
+impl Accel {
+    fn new(
+        device: &Arc<Device>,
+        name: &str,
+        size: u64,
+        kind: vk::AccelerationStructureTypeKHR,
+    ) -> Result<Self, Error> {
+        let buffer = Buffer::new(
+            device,
+            name,
+            size,
+            Usage::ACCELERATION_STRUCTURE_STORAGE_KHR,
+            Location::Device,
+        )?;
+        let info = vk::AccelerationStructureCreateInfoKHR::default()
+            .buffer(buffer.raw())
+            .size(size)
+            .ty(kind);
+        // SAFETY: the buffer has the size asked for and is held by the structure.
+        unsafe {
+            let raw = device
+                .accel
+                .create_acceleration_structure(&info, None)
+                .named("vkCreateAccelerationStructureKHR")?;
+            device.name(raw, name);
+            let info = vk::AccelerationStructureDeviceAddressInfoKHR::default()
+                .acceleration_structure(raw);
+            let address = device.accel.get_acceleration_structure_device_address(&info);
+            Ok(Self { raw, buffer, address })
+        }
+    }
+}
+
+impl Drop for Accel {
+    fn drop(&mut self) {
+        // SAFETY: recordings that use the structure hold an `Arc` of its owner.
+        unsafe {
+            self.buffer.device().accel.destroy_acceleration_structure(self.raw, None);
+        }
+    }
+}
+
+/// Indexed triangles of one kind.
+#[derive(Clone, Copy, Debug)]
+pub struct BlasGeometry {
+    /// Byte offset of the first index in [`BlasInput::indices`].
+    pub index_offset: u64,
+    /// Number of triangles.
+    pub triangles: u32,
+    /// Without any-hit shader.
+    pub opaque: bool,
+}
+
+/// What a bottom-level structure is built from.
+#[derive(Clone)]
+pub struct BlasInput {
+    /// For debuggers.
+    pub name: String,
+    /// Positions, three floats each.
+    pub positions: Arc<Buffer>,
+    /// Byte offset of the first position.
+    pub position_offset: u64,
+    /// Number of positions, > 0.
+    pub position_count: u32,
+    /// 32-bit indices relative to the first position.
+    pub indices: Arc<Buffer>,
+    /// Parts; hit shaders see their position in this list as geometry index.
+    pub geometries: Vec<BlasGeometry>,
+}
+
+/// A bottom-level acceleration structure: one mesh.
+pub struct Blas {
+    accel: Accel,
+}
+
+impl Blas {
+    /// Builds and compacts one structure per input, in one go. They are built for fast tracing.
+    ///
+    /// Spans `build BLAS` and `compact BLAS` time the two steps; returns the timings too.
+    ///
+    /// # Errors
+    /// When a mesh has more triangles than the device allows, or there is no memory.
+    pub fn build(
+        device: &Arc<Device>,
+        inputs: &[BlasInput],
+    ) -> Result<(Vec<Arc<Self>>, Vec<super::Timing>), Error> {
+        let flags = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE
+            | vk::BuildAccelerationStructureFlagsKHR::ALLOW_COMPACTION;
+        let geometries: Vec<Vec<_>> = inputs.iter().map(geometry_structs).collect();
+        let counts: Vec<Vec<u32>> = inputs
+            .iter()
+            .map(|i| i.geometries.iter().map(|g| g.triangles).collect())
+            .collect();
+        let ranges: Vec<Vec<_>> = inputs
+            .iter()
+            .map(|i| i.geometries.iter().map(|g| range(g.triangles)).collect())
+            .collect();
+
+        let alignment = u64::from(device.limits().scratch_alignment);
+        let mut infos = Vec::with_capacity(inputs.len());
+        let mut full: Vec<Arc<Self>> = Vec::with_capacity(inputs.len());
+        let mut scratch_offsets = Vec::with_capacity(inputs.len());
+        let mut scratch_size = 0;
+        for ((input, geometry), counts) in inputs.iter().zip(&geometries).zip(&counts) {
+            let triangles: u64 = counts.iter().map(|&n| u64::from(n)).sum();
+            check_limit("triangles in a mesh", triangles, device.limits().max_primitives)?;
+            let info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
+                .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
+                .flags(flags)
+                .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+                .geometries(geometry);
+            let sizes = build_sizes(device, &info, counts);
+            let accel = Accel::new(
+                device,
+                &input.name,
+                sizes.acceleration_structure_size,
+                vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+            )?;
+            infos.push(info.dst_acceleration_structure(accel.raw));
+            scratch_offsets.push(scratch_size);
+            scratch_size += sizes.build_scratch_size.next_multiple_of(alignment);
+            full.push(Arc::new(Self { accel }));
+        }
+        let scratch = scratch_buffer(device, scratch_size)?;
+        let first = scratch.address().next_multiple_of(alignment);
+        for (info, offset) in infos.iter_mut().zip(&scratch_offsets) {
+            info.scratch_data = vk::DeviceOrHostAddressKHR { device_address: first + offset };
+        }
+
+        let queries = CompactedSizes::new(device, inputs.len() as u32)?;
+        let mut recording = Recording::begin(device)?;
+        recording.span("build BLAS", |r| {
+            r.access(&[Access::BuildRead, Access::BuildWrite]);
+            let ranges: Vec<&[_]> = ranges.iter().map(Vec::as_slice).collect();
+            // SAFETY: inputs, scratch memory and structures are kept alive below; sizes are those
+            // the driver asked for; scratch areas are aligned and do not overlap.
+            unsafe {
+                device.accel.cmd_build_acceleration_structures(r.commands, &infos, &ranges);
+            }
+            r.access(&[Access::BuildRead]);
+            let raw: Vec<_> = full.iter().map(|b| b.accel.raw).collect();
+            // SAFETY: the structures were just built and allow compaction.
+            unsafe {
+                device.accel.cmd_write_acceleration_structures_properties(
+                    r.commands,
+                    &raw,
+                    vk::QueryType::ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                    queries.raw,
+                    0,
+                );
+            }
+            Ok(())
+        })?;
+        for (input, blas) in inputs.iter().zip(&full) {
+            recording.keep(input.positions.clone());
+            recording.keep(input.indices.clone());
+            recording.keep(blas.clone());
+        }
+        recording.keep(scratch);
+        let mut timings = recording.submit_and_wait()?;
+
+        let sizes = queries.read(inputs.len())?;
+        let mut recording = Recording::begin(device)?;
+        let compact = recording.span("compact BLAS", |r| {
+            let mut compact = Vec::with_capacity(full.len());
+            r.access(&[Access::BuildRead, Access::BuildWrite]);
+            for ((input, blas), &size) in inputs.iter().zip(&full).zip(&sizes) {
+                let accel = Accel::new(
+                    device,
+                    &input.name,
+                    size,
+                    vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+                )?;
+                let info = vk::CopyAccelerationStructureInfoKHR::default()
+                    .src(blas.accel.raw)
+                    .dst(accel.raw)
+                    .mode(vk::CopyAccelerationStructureModeKHR::COMPACT);
+                // SAFETY: the target has the size the driver reported for this source.
+                unsafe { device.accel.cmd_copy_acceleration_structure(r.commands, &info) };
+                compact.push(Arc::new(Self { accel }));
+            }
+            Ok(compact)
+        })?;
+        for blas in full.iter().chain(&compact) {
+            recording.keep(blas.clone());
+        }
+        timings.extend(recording.submit_and_wait()?);
+        Ok((compact, timings))
+    }
+
+    /// Bytes of device memory.
+    #[must_use]
+    pub fn size(&self) -> u64 {
+        self.accel.buffer.size()
+    }
+}
+
+/// A query pool for compacted sizes.
+struct CompactedSizes {
+    raw: vk::QueryPool,
+    device: Arc<Device>,
+}
+
+impl CompactedSizes {
+    fn new(device: &Arc<Device>, count: u32) -> Result<Self, Error> {
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
+            .query_count(count.max(1));
+        // SAFETY: a valid create info; queries are reset before their first use.
+        unsafe {
+            let raw = device.raw.create_query_pool(&info, None).named("vkCreateQueryPool")?;
+            device.raw.reset_query_pool(raw, 0, count.max(1));
+            Ok(Self { raw, device: device.clone() })
+        }
+    }
+
+    fn read(&self, count: usize) -> Result<Vec<u64>, Error> {
+        let mut sizes = vec![0u64; count];
+        if count > 0 {
+            // SAFETY: the recording that wrote them has ended.
+            unsafe {
+                self.device
+                    .raw
+                    .get_query_pool_results(
+                        self.raw,
+                        0,
+                        &mut sizes,
+                        vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+                    )
+                    .named("vkGetQueryPoolResults")?;
+            }
+        }
+        Ok(sizes)
+    }
+}
+
+impl Drop for CompactedSizes {
+    fn drop(&mut self) {
+        // SAFETY: the recording that used the pool was waited for.
+        unsafe { self.device.raw.destroy_query_pool(self.raw, None) };
+    }
+}
+
+/// A mesh placed in the world.
+#[derive(Clone)]
+pub struct TlasInstance {
+    /// The mesh.
+    pub blas: Arc<Blas>,
+    /// Local to world space.
+    pub transform: Affine3A,
+    /// What hit shaders see as custom index; 24 bits.
+    pub custom_index: u32,
+    /// First hit group of the mesh.
+    pub hit_group: u32,
+}
+
+/// The top-level acceleration structure: rebuilt or refitted when instances move.
+pub struct Tlas {
+    accel: Accel,
+    scratch: Arc<Buffer>,
+    count: u32,
+    instances: Vec<TlasInstance>,
+}
+
+impl Tlas {
+    /// Makes room for exactly these instances. Nothing is built yet.
+    ///
+    /// # Errors
+    /// When there are more instances than the device allows, or there is no memory.
+    pub fn new(device: &Arc<Device>, instances: Vec<TlasInstance>) -> Result<Self, Error> {
+        let count = instances.len() as u32;
+        check_limit("instances", u64::from(count), device.limits().max_instances.min(1 << 24))?;
+        let geometry = [instance_geometry(0)];
+        let info = Self::build_info(&geometry);
+        let sizes = build_sizes(device, &info, &[count]);
+        let scratch_size = sizes.build_scratch_size.max(sizes.update_scratch_size);
+        Ok(Self {
+            accel: Accel::new(
+                device,
+                "TLAS",
+                sizes.acceleration_structure_size,
+                vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+            )?,
+            scratch: scratch_buffer(device, scratch_size)?,
+            count,
+            instances,
+        })
+    }
+
+    fn build_info<'a>(
+        geometry: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+    ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
+        vk::AccelerationStructureBuildGeometryInfoKHR::default()
+            .ty(vk::AccelerationStructureTypeKHR::TOP_LEVEL)
+            .flags(
+                vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE
+                    | vk::BuildAccelerationStructureFlagsKHR::ALLOW_UPDATE,
+            )
+            .geometries(geometry)
+    }
+
+    /// Gives every instance a new transform, in their order. Takes effect with the next build.
+    pub fn set_transforms(&mut self, transforms: impl IntoIterator<Item = Affine3A>) {
+        for (instance, transform) in self.instances.iter_mut().zip(transforms) {
+            instance.transform = transform;
+        }
+    }
+
+    /// Records a build from scratch, or with `refit` an update of what was built before: cheaper,
+    /// and slower to trace the further instances have moved. Spans `rebuild TLAS`, `refit TLAS`.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn record_build(&self, recording: &mut Recording, refit: bool) -> Result<(), Error> {
+        let device = recording.device.clone();
+        let records: Vec<_> = self.instances.iter().map(instance_record).collect();
+        // SAFETY: a plain C struct without padding, viewed as bytes.
+        let bytes = unsafe {
+            std::slice::from_raw_parts(records.as_ptr().cast::<u8>(), size_of_val(&records[..]))
+        };
+        let input = Buffer::with_data(
+            &device,
+            "TLAS instances",
+            Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR,
+            bytes,
+        )?;
+        let geometry = [instance_geometry(input.address())];
+        let alignment = u64::from(device.limits().scratch_alignment);
+        let mut info = Self::build_info(&geometry)
+            .mode(if refit {
+                vk::BuildAccelerationStructureModeKHR::UPDATE
+            } else {
+                vk::BuildAccelerationStructureModeKHR::BUILD
+            })
+            .dst_acceleration_structure(self.accel.raw)
+            .scratch_data(vk::DeviceOrHostAddressKHR {
+                device_address: self.scratch.address().next_multiple_of(alignment),
+            });
+        if refit {
+            info = info.src_acceleration_structure(self.accel.raw);
+        }
+        let ranges = [range(self.count)];
+        recording.span(if refit { "refit TLAS" } else { "rebuild TLAS" }, |r| {
+            r.access(&[Access::BuildRead, Access::BuildWrite]);
+            // SAFETY: instances, scratch memory and all structures are kept alive; an update
+            // follows a build with the same count.
+            unsafe {
+                device.accel.cmd_build_acceleration_structures(r.commands, &[info], &[&ranges]);
+            }
+            Ok(())
+        })?;
+        recording.keep(input);
+        recording.keep(self.scratch.clone());
+        Ok(())
+    }
+
+    pub(super) fn raw(&self) -> &vk::AccelerationStructureKHR {
+        &self.accel.raw
+    }
+}
+
+fn check_limit(what: &'static str, needed: u64, allowed: u64) -> Result<(), Error> {
+    if needed > allowed { Err(Error::Limit { what, needed, allowed }) } else { Ok(()) }
+}
+
+/// Scratch memory with room to align its start.
+fn scratch_buffer(device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, Error> {
+    let size = size + u64::from(device.limits().scratch_alignment);
+    Buffer::new(device, "build scratch", size, Usage::STORAGE_BUFFER, Location::Device)
+}
+
+fn build_sizes(
+    device: &Device,
+    info: &vk::AccelerationStructureBuildGeometryInfoKHR<'_>,
+    counts: &[u32],
+) -> vk::AccelerationStructureBuildSizesInfoKHR<'static> {
+    let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+    // SAFETY: one count per geometry of `info`.
+    unsafe {
+        device.accel.get_acceleration_structure_build_sizes(
+            vk::AccelerationStructureBuildTypeKHR::DEVICE,
+            info,
+            counts,
+            &mut sizes,
+        );
+    }
+    sizes
+}
+
+fn range(primitives: u32) -> vk::AccelerationStructureBuildRangeInfoKHR {
+    vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(primitives)
+}
+
+fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryKHR<'static>> {
+    let positions = input.positions.address() + input.position_offset;
+    input
+        .geometries
+        .iter()
+        .map(|g| {
+            let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+                .vertex_format(vk::Format::R32G32B32_SFLOAT)
+                .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: positions })
+                .vertex_stride(12)
+                .max_vertex(input.position_count - 1)
+                .index_type(vk::IndexType::UINT32)
+                .index_data(vk::DeviceOrHostAddressConstKHR {
+                    device_address: input.indices.address() + g.index_offset,
+                });
+            let flags = if g.opaque {
+                vk::GeometryFlagsKHR::OPAQUE
+            } else {
+                vk::GeometryFlagsKHR::empty()
+            };
+            vk::AccelerationStructureGeometryKHR::default()
+                .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+                .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+                .flags(flags)
+        })
+        .collect()
+}
+
+fn instance_geometry(address: u64) -> vk::AccelerationStructureGeometryKHR<'static> {
+    let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default()
+        .data(vk::DeviceOrHostAddressConstKHR { device_address: address });
+    vk::AccelerationStructureGeometryKHR::default()
+        .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+        .geometry(vk::AccelerationStructureGeometryDataKHR { instances })
+}
+
+fn instance_record(instance: &TlasInstance) -> vk::AccelerationStructureInstanceKHR {
+    let m = instance.transform.matrix3;
+    let t = instance.transform.translation;
+    let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];
+    let mut matrix = [0.0; 12];
+    for i in 0..3 {
+        matrix[4 * i..4 * i + 4].copy_from_slice(&row(i));
+    }
+    vk::AccelerationStructureInstanceKHR {
+        transform: vk::TransformMatrixKHR { matrix },
+        instance_custom_index_and_mask: vk::Packed24_8::new(instance.custom_index, 0xff),
+        instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(
+            instance.hit_group,
+            vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() as u8,
+        ),
+        acceleration_structure_reference: vk::AccelerationStructureReferenceKHR {
+            device_handle: instance.blas.accel.address,
+        },
+    }
+}

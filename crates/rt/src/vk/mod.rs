@@ -1,0 +1,81 @@
+//! The only room that talks to Vulkan, and the only one with `unsafe`.
+//!
+//! Ownership: [`Device`] is shared by `Arc`; every object keeps a clone, frees itself in `Drop`
+//! without waiting, and is kept alive by the recording that uses it until the GPU is done with it.
+
+#![allow(unsafe_code, reason = "this is the room for it")]
+
+mod accel;
+mod context;
+mod device;
+mod memory;
+mod pipeline;
+mod submit;
+
+pub use accel::{Blas, BlasGeometry, BlasInput, Tlas, TlasInstance};
+pub use context::{Instance, Options};
+pub use device::{Device, DeviceInfo, DeviceKind, Limits};
+pub use memory::{Buffer, Image, Location};
+pub use pipeline::{
+    ComputePipeline, DescriptorSet, RayTracingPipeline, RayTracingShaders, Specialization,
+};
+pub use submit::{Access, Recording, Timing};
+
+pub use ash::vk::BufferUsageFlags as Usage;
+
+use ash::vk;
+
+/// A Vulkan call or a requirement that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No Vulkan at all on this machine.
+    #[error("no Vulkan on this machine: {0}")]
+    NoVulkan(String),
+    /// A device that can't be used.
+    #[error("{name} can't be used: it lacks {}", lacking.join(", "))]
+    Unusable {
+        /// The device.
+        name: String,
+        /// Names of extensions, features or limits.
+        lacking: Vec<String>,
+    },
+    /// A scene that is larger than the device allows.
+    #[error("the scene needs {needed} {what}, the device allows {allowed}")]
+    Limit {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the scene needs.
+        needed: u64,
+        /// How much the device allows.
+        allowed: u64,
+    },
+    /// A call failed.
+    #[error("{call} failed: {result}")]
+    Call {
+        /// The Vulkan function.
+        call: &'static str,
+        /// What it answered.
+        result: vk::Result,
+    },
+    /// No memory.
+    #[error("could not allocate {size} bytes of GPU memory for {name}: {reason}")]
+    Memory {
+        /// The object.
+        name: String,
+        /// Its size.
+        size: u64,
+        /// What the allocator said.
+        reason: String,
+    },
+}
+
+/// Names the call in an error.
+trait Named<T> {
+    fn named(self, call: &'static str) -> Result<T, Error>;
+}
+
+impl<T> Named<T> for Result<T, vk::Result> {
+    fn named(self, call: &'static str) -> Result<T, Error> {
+        self.map_err(|result| Error::Call { call, result })
+    }
+}

@@ -1,0 +1,290 @@
+// Generated from crates/rt/src/abi.rs by `cargo xtask abi`; do not edit.
+
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_buffer_reference : require
+
+// Descriptor binding of the top-level acceleration structure.
+const uint BINDING_TLAS = 0u;
+// Descriptor binding of the array of all textures.
+const uint BINDING_TEXTURES = 1u;
+// Estimator: direction = normal + point on unit sphere, light by hitting it.
+const uint ESTIMATOR_NAIVE = 0u;
+// Estimator: uniform hemisphere, light by hitting it.
+const uint ESTIMATOR_UNIFORM = 1u;
+// Estimator: light sampling alone.
+const uint ESTIMATOR_NEE = 2u;
+// Estimator: light sampling and hits, weighted.
+const uint ESTIMATOR_MIS = 3u;
+// Material flag: texels with alpha 0 are holes.
+const uint MATERIAL_ALPHA_TESTED = 1u;
+// Material flag: emits to both sides.
+const uint MATERIAL_TWO_SIDED = 2u;
+// Material flag: liquid warp; texture coordinates are world units.
+const uint MATERIAL_WARPED = 4u;
+// Material flag: shows the sky and ends the path.
+const uint MATERIAL_SKY = 8u;
+// Material flag: has an emission texture.
+const uint MATERIAL_EMISSIVE = 16u;
+// Sky kinds: none, the same everywhere, two scrolling layers.
+const uint SKY_NONE = 0u;
+// See `SKY_NONE`.
+const uint SKY_FLAT = 1u;
+// See `SKY_NONE`.
+const uint SKY_SCROLLING = 2u;
+// Film plane: sum of radiance rgb, number of samples.
+const uint PLANE_BEAUTY = 0u;
+// Film plane: sum of squared deviations from the mean rgb (Welford), face id + 1.
+const uint PLANE_DEVIATION = 1u;
+// Film plane: compensation of the radiance sum rgb (Kahan), sum of depth.
+const uint PLANE_COMPENSATION = 2u;
+// Number of film planes that are always there.
+const uint PLANES_BASIC = 3u;
+// Film plane: sum of emission seen directly.
+const uint PLANE_EMISSION = 3u;
+// Film plane: sum of light reflected once.
+const uint PLANE_DIRECT = 4u;
+// Film plane: sum of light reflected more than once.
+const uint PLANE_INDIRECT = 5u;
+// Film plane: sum of first-hit albedo.
+const uint PLANE_ALBEDO = 6u;
+// Film plane: sum of first-hit normals.
+const uint PLANE_NORMAL = 7u;
+// Film plane: sum of first-hit positions.
+const uint PLANE_POSITION = 8u;
+// Number of film planes with all layers.
+const uint PLANES_ALL = 9u;
+// Kind of a logged ray: end of the pixel's list.
+const uint RAY_NONE = 0u;
+// Kind of a logged ray: camera or bounce ray.
+const uint RAY_PATH = 1u;
+// Kind of a logged ray: shadow ray.
+const uint RAY_SHADOW = 2u;
+
+layout(buffer_reference) buffer TriangleRef;
+layout(buffer_reference) buffer InstanceRef;
+layout(buffer_reference) buffer MaterialRef;
+layout(buffer_reference) buffer AliasRef;
+layout(buffer_reference) buffer LightRef;
+layout(buffer_reference) buffer SceneRef;
+layout(buffer_reference) buffer FilmRef;
+layout(buffer_reference) buffer CountersRef;
+layout(buffer_reference) buffer RayRef;
+
+// One triangle with all that shading needs.
+struct Triangle {
+    // Corner, local space (world space for emitters).
+    vec3 p0;
+    // Material index.
+    uint material;
+    // Corner.
+    vec3 p1;
+    // Number of the level's face.
+    uint face;
+    // Corner.
+    vec3 p2;
+    // Unit normal to the front, same space as the corners.
+    vec3 normal;
+    // Texture coordinates of p0, texels.
+    vec2 uv0;
+    // Texture coordinates of p1, texels.
+    vec2 uv1;
+    // Texture coordinates of p2, texels.
+    vec2 uv2;
+};
+
+// A placed mesh.
+struct Instance {
+    // Local to world, rows of a 3 x 4 matrix.
+    vec4 row0;
+    // Second row.
+    vec4 row1;
+    // Third row.
+    vec4 row2;
+    // Index of the mesh's first opaque triangle.
+    uint opaque_base;
+    // Index of the mesh's first alpha-tested triangle.
+    uint alpha_base;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uvec2 padding;
+};
+
+// What a surface looks like.
+struct Material {
+    // Index of the base texture.
+    uint base;
+    // Index of the emission texture, valid if MATERIAL_EMISSIVE.
+    uint emission;
+    // Radiance of a white emission texel.
+    float emission_scale;
+    // Light sampling density per area before normalisation.
+    float emission_weight;
+    // MATERIAL_ flags.
+    uint flags;
+    // Texture width in texels.
+    uint width;
+    // Texture height in texels.
+    uint height;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uint padding;
+};
+
+// One entry of the alias table.
+struct AliasEntry {
+    // Probability to keep this entry.
+    float keep;
+    // The entry to take otherwise.
+    uint other;
+};
+
+// A point light: an invisible sphere.
+struct Light {
+    // Centre, world space.
+    vec3 position;
+    // Radius.
+    float radius;
+    // Radiant intensity.
+    vec3 intensity;
+    // Probability with which the alias table chooses it.
+    float probability;
+    // Direction of the cone.
+    vec3 direction;
+    // Cosine of half the inner cone.
+    float cos_inner;
+    // Cosine of half the outer cone; below -1 if there is no cone.
+    float cos_outer;
+    // Unused, keeps the size a multiple of 16 bytes.
+    vec3 padding;
+};
+
+// Everything a shader reads of the scene.
+struct SceneData {
+    // Triangles of all meshes.
+    TriangleRef triangles;
+    // Instances.
+    InstanceRef instances;
+    // Materials.
+    MaterialRef materials;
+    // Emissive triangles, world space.
+    TriangleRef emitters;
+    // Alias table.
+    AliasRef alias;
+    // Point lights.
+    LightRef lights;
+    // Number of emissive triangles: entries of the alias table below it are triangles.
+    uint emitter_count;
+    // Entries of the alias table.
+    uint entry_count;
+    // Turns a material's emission weight into a density per unit area.
+    float inv_total_weight;
+    // Radiance of a white sky texel.
+    float sky_scale;
+    // Radiance of a flat sky.
+    vec3 sky_radiance;
+    // Texture of the back layer.
+    uint sky_back;
+    // Texture of the front layer.
+    uint sky_front;
+    // Unused, keeps the size a multiple of 8 bytes.
+    uint padding;
+};
+
+// Numbers counted by the shaders, as low and high words.
+struct Counters {
+    // Rays traced.
+    uvec2 rays;
+    // Samples that were not finite.
+    uvec2 nonfinite;
+    // Camera and bounce rays that hit nothing.
+    uvec2 escaped;
+};
+
+// One ray as it was traced.
+struct LoggedRay {
+    // Origin, world space.
+    vec3 origin;
+    // Where it ends.
+    float t_max;
+    // Unit direction.
+    vec3 direction;
+    // RAY_NONE, RAY_PATH or RAY_SHADOW.
+    uint kind;
+};
+
+// Push constants of the path tracer.
+struct PathTraceParams {
+    // The scene.
+    SceneRef scene;
+    // The film.
+    FilmRef film;
+    // The counters.
+    CountersRef counters;
+    // Where rays are logged, if they are.
+    RayRef ray_log;
+    // Eye, world space.
+    vec3 origin;
+    // Level time, seconds.
+    float time;
+    // Unit view direction.
+    vec3 forward;
+    // Longest ray the level needs.
+    float t_max;
+    // To the right edge of the image plane.
+    vec3 right;
+    // Path vertices, 0 for unlimited.
+    uint depth;
+    // To the upper edge of the image plane.
+    vec3 up;
+    // Number of the first sample of this dispatch.
+    uint sample_begin;
+    // Seed.
+    uvec2 seed;
+    // Samples to add.
+    uint sample_count;
+    // Rays logged per pixel at most.
+    uint ray_log_length;
+};
+
+// Triangles of all meshes, or emissive triangles in world space.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleRef {
+    Triangle at[];
+};
+
+// Instances, by custom index.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer InstanceRef {
+    Instance at[];
+};
+
+// Materials, by material id.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer MaterialRef {
+    Material at[];
+};
+
+// Alias table over emissive triangles, then point lights.
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AliasRef {
+    AliasEntry at[];
+};
+
+// Point lights.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightRef {
+    Light at[];
+};
+
+// The scene (one element).
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer SceneRef {
+    SceneData at[];
+};
+
+// Film planes of width * height elements each, one after the other.
+layout(buffer_reference, scalar, buffer_reference_align = 16) restrict buffer FilmRef {
+    vec4 at[];
+};
+
+// Counters (one element).
+layout(buffer_reference, scalar, buffer_reference_align = 8) restrict buffer CountersRef {
+    Counters at[];
+};
+
+// Logged rays: width * height rays of every pixel's first ray, then of the second, ...
+layout(buffer_reference, scalar, buffer_reference_align = 16) restrict buffer RayRef {
+    LoggedRay at[];
+};

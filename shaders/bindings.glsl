@@ -1,0 +1,19 @@
+// What the ray-tracing stages are given: descriptors, push constants, specialization constants.
+
+#include "abi.glsl"
+
+layout(set = 0, binding = BINDING_TLAS) uniform accelerationStructureEXT tlas;
+layout(set = 0, binding = BINDING_TEXTURES) uniform texture2D textures[]; // read texel by texel
+
+layout(push_constant, scalar) uniform PushConstants { PathTraceParams params; };
+
+// Choices made once per pipeline: what the scene lacks costs nothing.
+layout(constant_id = 0) const uint ESTIMATOR = ESTIMATOR_MIS;
+layout(constant_id = 1) const uint SKY_KIND = SKY_NONE;
+layout(constant_id = 2) const bool HAS_EMITTERS = true;
+layout(constant_id = 3) const bool HAS_POINT_LIGHTS = true;
+layout(constant_id = 4) const bool HAS_LIQUIDS = true;
+layout(constant_id = 5) const bool HAS_INSTANCES = true;
+layout(constant_id = 6) const bool HAS_FENCES = true;
+layout(constant_id = 7) const bool ALL_LAYERS = true;
+layout(constant_id = 8) const bool LOG_RAYS = false;

@@ -1,0 +1,93 @@
+// What is at a hit: position, normals, texels. Needs bindings.glsl.
+
+const float MAX_ALBEDO = 0.99;
+const float WARP_TILE = 64.0;
+
+struct Surface {
+    vec3 position;   // world space
+    vec3 normal;     // unit, towards the front
+    vec3 albedo;
+    vec3 emission;   // Le to the front, or to both sides
+    float error;     // bound of the distance between `position` and the true surface
+    uint flags;      // MATERIAL_ flags
+    float emission_weight;
+    uint face;
+};
+
+// Texel coordinates, not yet wrapped: liquids are warped, their coordinates are world units.
+vec2 texel_uv(Material material, vec2 uv) {
+    if (HAS_LIQUIDS && (material.flags & MATERIAL_WARPED) != 0u) {
+        const float k = 2.0 * PI / 128.0;
+        uv += 8.0 * sin(uv.yx * k + params.time);
+        uv *= vec2(material.width, material.height) / WARP_TILE;
+    }
+    return uv;
+}
+
+// Nearest texel, wrapping.
+vec4 fetch(uint texture_index, vec2 uv, uint width, uint height) {
+    const vec2 size = vec2(width, height);
+    const vec2 wrapped = uv - size * floor(uv / size);
+    const ivec2 texel = min(ivec2(wrapped), ivec2(width, height) - 1);
+    return texelFetch(textures[nonuniformEXT(texture_index)], texel, 0);
+}
+
+vec2 interpolate_uv(Triangle t, vec2 b) {
+    return t.uv0 * (1.0 - b.x - b.y) + t.uv1 * b.x + t.uv2 * b.y;
+}
+
+// Radiance leaving a point with texture coordinates uv to the front.
+vec3 emission_at(Material material, vec2 uv) {
+    if (!HAS_EMITTERS || (material.flags & MATERIAL_EMISSIVE) == 0u) return vec3(0.0);
+    const vec4 texel = fetch(material.emission, uv, material.width, material.height);
+    return material.emission_scale * srgb_to_linear(texel.rgb);
+}
+
+// How far a computed point of the triangle may lie from its plane. Interpolating and transforming
+// add a few roundings of the largest coordinate each (gamma_n of Higham), and the intersection
+// test of the next ray a few more; 32 half-ulps cover their sum with room.
+float position_error(vec3 p0, vec3 p1, vec3 p2) {
+    const vec3 largest = max(abs(p0), max(abs(p1), abs(p2)));
+    return max_component(largest) * (32.0 / 16777216.0);
+}
+
+Surface surface_at(uint instance_index, uint triangle_index, vec2 barycentrics) {
+    Triangle t = params.scene.at[0].triangles.at[triangle_index];
+    if (HAS_INSTANCES && instance_index != 0u) {
+        const Instance instance = params.scene.at[0].instances.at[instance_index];
+        const mat4x3 to_world = transpose(mat3x4(instance.row0, instance.row1, instance.row2));
+        t.p0 = to_world * vec4(t.p0, 1.0);
+        t.p1 = to_world * vec4(t.p1, 1.0);
+        t.p2 = to_world * vec4(t.p2, 1.0);
+        // Columns of the cofactor matrix: normals keep their side under any transform.
+        const vec3 x = to_world[0], y = to_world[1], z = to_world[2];
+        t.normal = normalize(mat3(cross(y, z), cross(z, x), cross(x, y)) * t.normal);
+    }
+    const Material material = params.scene.at[0].materials.at[t.material];
+    const vec2 b = barycentrics;
+    const vec2 uv = texel_uv(material, interpolate_uv(t, b));
+
+    Surface s;
+    s.position = t.p0 * (1.0 - b.x - b.y) + t.p1 * b.x + t.p2 * b.y;
+    s.normal = t.normal;
+    s.error = position_error(t.p0, t.p1, t.p2);
+    s.flags = material.flags;
+    s.emission_weight = material.emission_weight;
+    s.face = t.face;
+    const bool sky = (material.flags & MATERIAL_SKY) != 0u;
+    s.albedo = sky ? vec3(0.0)
+                   : min(srgb_to_linear(fetch(material.base, uv, material.width, material.height).rgb),
+                         MAX_ALBEDO);
+    s.emission = emission_at(material, uv);
+    return s;
+}
+
+// Origin of a ray that leaves the surface: moved back along the way the viewer's ray came, which is
+// free, until its distance from the plane is the error bound. `n` is on the viewer's side,
+// `travelled` the length of the viewer's ray.
+vec3 spawn_origin(Surface s, vec3 n, vec3 wo, float travelled) {
+    const float cos_o = dot(n, wo);
+    const float back = min(s.error / max(cos_o, 1e-3), 0.5 * travelled);
+    // At grazing angles the way back is not enough: the normal gives the rest.
+    return s.position + wo * back + n * max(0.0, s.error - back * cos_o);
+}

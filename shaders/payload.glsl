@@ -1,0 +1,14 @@
+// What hit and miss shaders tell the ray generation shader. Thin: shading happens in its loop.
+
+const uint MISS = 0xffffffffu;
+
+struct HitPayload {
+    vec2 barycentrics; // of the second and third corner
+    float t;
+    uint instance;
+    uint triangle;     // index among all triangles; MISS if nothing was hit
+};
+
+struct ShadowPayload {
+    bool visible;
+};
