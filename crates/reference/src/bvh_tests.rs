@@ -56,7 +56,7 @@ fn traversal_finds_what_testing_every_triangle_finds() {
             direction = DVec3::AXES[i % 10] * if next() < 0.5 { -1.0 } else { 1.0 };
         }
         let ray = Ray::new(target - direction * (next() * 1000.0), direction);
-        let solid = |index: usize| index % 2 == 0;
+        let solid = |index: usize| index.is_multiple_of(2);
         let accept = |hit: &Hit| solid(order[hit.slot as usize] as usize);
         let expected = brute_force(&triangles, &ray, solid);
         let nearest = bvh.closest_hit(&ray, f64::INFINITY, &mut stack, accept);
