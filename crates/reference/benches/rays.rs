@@ -21,7 +21,7 @@ fn main() {
         let view = common::camera(glam::Vec3::ZERO, 5.0, 30.0, 90.0);
         measure("hall", &common::hall(60), view);
     }
-    let scene = level::Paks::open().and_then(|p| p.level(name).map_err(|e| e.to_string()));
+    let scene = level::game().and_then(|g| level::load(&g, name).map_err(|e| e.to_string()));
     match scene {
         Ok(scene) => measure(name, &scene, scene.cameras[0].clone()),
         Err(why) => println!("SKIPPED: {why}"),
