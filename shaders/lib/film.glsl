@@ -64,7 +64,8 @@ void film_sample(inout FilmState state, PathSample path, vec3 radiance) {
     }
     state.beauty = vec4(sum, count);
     state.compensation.rgb = lost;
-    state.deviation.rgb += (radiance - mean_before) * (radiance - sum / count);
+    // Never negative but for rounding.
+    state.deviation.rgb += max((radiance - mean_before) * (radiance - sum / count), vec3(0.0));
 }
 
 void film_end(FilmState state, uint pixel, uint pixels) {

@@ -59,9 +59,11 @@ Surface surface_at(uint instance_index, uint triangle_index, vec2 barycentrics) 
         t.p0 = to_world * vec4(t.p0, 1.0);
         t.p1 = to_world * vec4(t.p1, 1.0);
         t.p2 = to_world * vec4(t.p2, 1.0);
-        // Columns of the cofactor matrix: normals keep their side under any transform.
+        // The cofactor matrix, with the sign of the determinant, keeps normals on their side under
+        // any transform, mirrors included.
         const vec3 x = to_world[0], y = to_world[1], z = to_world[2];
-        t.normal = normalize(mat3(cross(y, z), cross(z, x), cross(x, y)) * t.normal);
+        const vec3 n = mat3(cross(y, z), cross(z, x), cross(x, y)) * t.normal;
+        t.normal = normalize(n * sign(dot(cross(x, y), z)));
     }
     const Material material = params.scene.at[0].materials.at[t.material];
     const vec2 b = barycentrics;

@@ -236,10 +236,12 @@ fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
     let corner = |i: usize| {
         transform.transform_point3(mesh.positions[t.vertices[i] as usize]).to_array()
     };
-    // Cofactors keep the normal on its side under any transform.
+    // The cofactor matrix, with the sign of the determinant, keeps the normal on its side under
+    // any transform, mirrors included.
     let [x, y, z] =
         [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
     let n = y.cross(z) * t.normal.x + z.cross(x) * t.normal.y + x.cross(y) * t.normal.z;
+    let n = n * x.cross(y).dot(z).signum();
     abi::Triangle {
         p0: corner(0),
         material: t.material.0,

@@ -144,6 +144,38 @@ pub struct Report {
 }
 
 impl Scene {
+    /// Fills in what follows from the rest: the bounds and the features.
+    #[must_use]
+    pub fn completed(mut self) -> Self {
+        self.bounds_min = Vec3::INFINITY;
+        self.bounds_max = Vec3::NEG_INFINITY;
+        let mut is_used = vec![false; self.materials.len()];
+        for instance in &self.instances {
+            let mesh = &self.meshes[instance.mesh];
+            for triangle in &mesh.triangles {
+                is_used[triangle.material.0 as usize] = true;
+                for vertex in triangle.vertices {
+                    let p = instance.transform.transform_point3(mesh.positions[vertex as usize]);
+                    self.bounds_min = self.bounds_min.min(p);
+                    self.bounds_max = self.bounds_max.max(p);
+                }
+            }
+        }
+        let any = |test: fn(&Material) -> bool| {
+            self.materials.iter().zip(&is_used).any(|(m, &used)| used && test(m))
+        };
+        self.features = Features {
+            fences: any(|m| m.alpha_tested),
+            liquids: any(|m| m.warped),
+            sky: any(|m| m.surface == Surface::Sky),
+            emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
+            point_lights: !self.lights.is_empty(),
+            spotlights: self.lights.iter().any(|l| l.spot.is_some()),
+            instances: self.instances.len() > 1,
+        };
+        self
+    }
+
     /// Triangles over all instances, as a ray can meet them.
     #[must_use]
     pub fn triangle_count(&self) -> usize {

@@ -202,7 +202,7 @@ impl Builder {
             }
         });
         scene.emitters = Emitters::new(emissive.collect(), &scene.lights);
-        Arc::new(self.scene)
+        Arc::new(self.scene.completed())
     }
 }
 

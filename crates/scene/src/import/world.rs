@@ -8,9 +8,9 @@ use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
 use super::{Files, ImportError, ImportOptions, LightMode};
 use super::{cameras, emitters, items, lights, poses};
 use crate::emitter::Emitters;
-use crate::material::{MaterialId, Surface, WARP_TILE};
+use crate::material::{MaterialId, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
-use crate::{Features, Report, Scene};
+use crate::{Report, Scene};
 use bsp::bsp::{Face, Texinfo, contents};
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -219,17 +219,6 @@ impl<'a> World<'a> {
         if self.meshes.iter().all(|m| m.triangles.is_empty()) {
             return Err(ImportError::NothingToDraw(self.level.name.clone()));
         }
-        let mut bounds_min = Vec3::INFINITY;
-        let mut bounds_max = Vec3::NEG_INFINITY;
-        for instance in &self.instances {
-            let mesh = &self.meshes[instance.mesh];
-            for vertex in mesh.triangles.iter().flat_map(|t| t.vertices) {
-                let p = mesh.positions[vertex as usize];
-                let p = instance.transform.transform_point3(p);
-                bounds_min = bounds_min.min(p);
-                bounds_max = bounds_max.max(p);
-            }
-        }
         let triangles =
             emitters::emissive_triangles(&self.meshes, &self.instances, &self.set.materials);
         let lights = match self.options.lights {
@@ -249,21 +238,6 @@ impl<'a> World<'a> {
         }
         self.remark_what_is_not_modelled();
 
-        let used = self.meshes.iter().flat_map(|m| &m.triangles);
-        let mut is_used = vec![false; self.set.materials.len()];
-        used.for_each(|t| is_used[t.material.0 as usize] = true);
-        let any = |test: &dyn Fn(&crate::Material) -> bool| {
-            (self.set.materials.iter().zip(&is_used)).any(|(m, &used)| used && test(m))
-        };
-        let features = Features {
-            fences: any(&|m| m.alpha_tested),
-            liquids: any(&|m| m.warped),
-            sky: any(&|m| m.surface == Surface::Sky),
-            emissive_surfaces: any(&|m| m.surface != Surface::Sky && m.emission_weight > 0.0),
-            point_lights: !lights.is_empty(),
-            spotlights: lights.iter().any(|l| l.spot.is_some()),
-            instances: self.instances.len() > 1,
-        };
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
         self.report.sealed = is_sealed(bsp);
@@ -284,11 +258,10 @@ impl<'a> World<'a> {
             textures: self.set.textures,
             sky: self.set.sky,
             cameras: cameras::cameras(bsp, entities),
-            bounds_min,
-            bounds_max,
-            features,
             report: self.report,
-        })
+            ..Scene::default()
+        }
+        .completed())
     }
 
     /// Says what the level asks for and the scene does not have.

@@ -1,0 +1,3 @@
+//! The integration tests: physical truths, agreement of estimators and devices.
+
+mod energy;

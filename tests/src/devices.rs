@@ -1,0 +1,66 @@
+//! Rendering a scene on either device.
+
+use rt::{Gpu, Options, PathTracer};
+use scene::Scene;
+use scene::render::{Film, Renderer, Settings};
+use std::sync::{Arc, OnceLock};
+
+/// The two renderers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Device {
+    /// The Vulkan path tracer.
+    Vulkan,
+    /// The reference in double precision.
+    Cpu,
+}
+
+impl Device {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Vulkan, Self::Cpu];
+}
+
+/// The Vulkan device of the tests, with validation on: `RUNELIGHT_TEST_DEVICE` (part of a name),
+/// else the software driver.
+///
+/// # Panics
+/// When there is none: a Vulkan test that can't run has failed.
+pub fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| {
+        let wanted = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
+        let devices = rt::devices().unwrap_or_else(|e| {
+            panic!("{e}: `cargo xtask test` installs or names what Vulkan tests need")
+        });
+        let device = (devices.iter()).find(|d| d.name.contains(&wanted)).unwrap_or_else(|| {
+            let names: Vec<_> = devices.iter().map(|d| d.name.as_str()).collect();
+            panic!("no Vulkan device is named {wanted}, there are {names:?}: `cargo xtask test` installs or names what Vulkan tests need")
+        });
+        let gpu = Gpu::open(device.index, Options { validation: true });
+        gpu.unwrap_or_else(|e| panic!("{e}"))
+    })
+}
+
+/// Renders `samples` samples per pixel.
+///
+/// # Panics
+/// When a renderer fails, the validation layer says anything, or a sample is not finite.
+pub fn render(device: Device, scene: &Arc<Scene>, settings: &Settings, samples: u32) -> Film {
+    let film = match device {
+        Device::Vulkan => {
+            let mut tracer = PathTracer::new(gpu(), scene, settings).expect("a path tracer");
+            tracer.accumulate(samples).expect("samples");
+            let film = tracer.film().expect("a film");
+            drop(tracer);
+            assert_eq!(gpu().validation_messages(), [""; 0], "validation messages");
+            film
+        }
+        Device::Cpu => {
+            let mut tracer =
+                reference::Reference::new(scene.clone(), settings).expect("a reference");
+            tracer.accumulate(samples).expect("samples");
+            tracer.film().expect("a film")
+        }
+    };
+    assert_eq!(film.counters.nonfinite, 0, "non-finite samples on {device:?}");
+    film
+}
