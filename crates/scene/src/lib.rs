@@ -155,14 +155,19 @@ impl Scene {
             for triangle in &mesh.triangles {
                 is_used[triangle.material.0 as usize] = true;
                 for vertex in triangle.vertices {
-                    let p = instance.transform.transform_point3(mesh.positions[vertex as usize]);
+                    let p = instance
+                        .transform
+                        .transform_point3(mesh.positions[vertex as usize]);
                     self.bounds_min = self.bounds_min.min(p);
                     self.bounds_max = self.bounds_max.max(p);
                 }
             }
         }
         let any = |test: fn(&Material) -> bool| {
-            self.materials.iter().zip(&is_used).any(|(m, &used)| used && test(m))
+            self.materials
+                .iter()
+                .zip(&is_used)
+                .any(|(m, &used)| used && test(m))
         };
         self.features = Features {
             fences: any(|m| m.alpha_tested),

@@ -55,8 +55,8 @@ pub struct ModelMesh {
     pub twins: usize,
     /// Vertices inserted into edges.
     pub inserted: usize,
-    /// Edges without an opposite edge, liquids aside.
-    pub open_edges: usize,
+    /// Edges without an opposite edge, liquids aside, as pairs of vertices.
+    pub open_edges: Vec<(u32, u32)>,
     /// Whether edge splitting was given up.
     pub exhausted: bool,
 }

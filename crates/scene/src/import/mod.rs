@@ -18,6 +18,7 @@ mod names;
 mod notes;
 mod picture;
 mod poses;
+mod seal;
 mod surfaces;
 pub mod tjunction;
 pub mod triangulate;

@@ -183,9 +183,10 @@ pub fn simple_loops(polygon: &[u32]) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Edges that no opposite edge matches, over closed polygons or triangles. 0 means that the mesh
-/// has no border: a ray can't leave it without crossing a face.
-pub fn open_edges<'a>(polygons: impl IntoIterator<Item = &'a [u32]>) -> usize {
+/// Edges that no opposite edge matches, over closed polygons or triangles, each as often as it
+/// lacks a match, sorted. None means that the mesh has no border: a ray can't leave it without
+/// crossing a face.
+pub fn open_edges<'a>(polygons: impl IntoIterator<Item = &'a [u32]>) -> Vec<(u32, u32)> {
     let mut balance: CellMap<(u32, u32), i32> = CellMap::default();
     for polygon in polygons {
         for (i, &a) in polygon.iter().enumerate() {
@@ -193,7 +194,12 @@ pub fn open_edges<'a>(polygons: impl IntoIterator<Item = &'a [u32]>) -> usize {
             *balance.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
         }
     }
-    balance.values().map(|b| b.unsigned_abs() as usize).sum()
+    let mut open: Vec<(u32, u32)> = balance
+        .into_iter()
+        .flat_map(|(edge, b)| std::iter::repeat_n(edge, b.unsigned_abs() as usize))
+        .collect();
+    open.sort_unstable();
+    open
 }
 
 #[cfg(test)]

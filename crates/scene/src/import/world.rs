@@ -6,12 +6,12 @@ use super::notes::Notes;
 use super::poses::Pose;
 use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
 use super::{Files, ImportError, ImportOptions, LightMode};
-use super::{cameras, emitters, items, lights, poses};
+use super::{cameras, emitters, items, lights, poses, seal};
 use crate::emitter::Emitters;
 use crate::material::{MaterialId, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
 use crate::{Report, Scene};
-use bsp::bsp::{Face, Texinfo, contents};
+use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
 use bsp::{Bsp, Level};
@@ -65,7 +65,8 @@ impl<'a> World<'a> {
         let Level { bsp, entities, .. } = self.level;
         let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette);
         let world = self.model_mesh(&mut surfaces, bsp, 0, false);
-        self.report.open_edges = world.open_edges;
+        self.report.open_edges = world.open_edges.len();
+        self.seal(&world);
         self.meshes.push(mesh("world", world));
         self.instances.push(Instance {
             mesh: 0,
@@ -116,6 +117,28 @@ impl<'a> World<'a> {
             });
         }
         built
+    }
+
+    /// Says whether the level is sealed, and if only a face is lacking, where.
+    fn seal(&mut self, world: &ModelMesh) {
+        let bsp = &self.level.bsp;
+        if !seal::outside_is_solid(bsp) {
+            return;
+        }
+        let holes = seal::holes(bsp, &world.positions, &world.open_edges);
+        self.report.sealed = holes.is_empty();
+        if let Some(first) = holes.first() {
+            self.notes.add("holes", || {
+                format!(
+                    "the level has solid without faces at {} edges, for example at {:.0} {:.0} \
+                     {:.0}: rays can leave it there",
+                    holes.len(),
+                    first.x,
+                    first.y,
+                    first.z
+                )
+            });
+        }
     }
 
     fn brush_entities(&mut self, surfaces: &mut Surfaces<'_>, poses: &[Pose<'_>]) {
@@ -240,7 +263,6 @@ impl<'a> World<'a> {
 
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
-        self.report.sealed = is_sealed(bsp);
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
@@ -313,28 +335,6 @@ impl<'a> World<'a> {
             });
         }
     }
-}
-
-/// Whether the level's outside is solid: a compiler fills it only if no path leads out of the
-/// level. Several points are asked, well outside of everything drawn.
-fn is_sealed(bsp: &Bsp) -> bool {
-    let model = &bsp.models[0];
-    let lo = DVec3::from(model.mins.map(f64::from));
-    let hi = DVec3::from(model.maxs.map(f64::from));
-    if !(lo.is_finite() && hi.is_finite()) {
-        return false;
-    }
-    let middle = (lo + hi) / 2.0;
-    let far = (hi - lo) / 2.0 + 64.0;
-    (0..27).filter(|&i| i != 13).all(|i| {
-        let way = DVec3::new(
-            f64::from(i % 3 - 1),
-            f64::from(i / 3 % 3 - 1),
-            f64::from(i / 9 - 1),
-        );
-        let p = (middle + way * far).as_vec3().to_array();
-        bsp.point_contents(0, p) == Some(contents::SOLID)
-    })
 }
 
 /// Bounds of a brush model as the file has them, or of its faces where the file's do not hold them.
