@@ -411,3 +411,26 @@ pub(super) fn leafs(lump: &[u8], format: Format) -> Vec<Leaf> {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn children_of_16_bits_are_unsigned() {
+        assert_eq!(node_child16(3, 10, 5), (NodeChild::Node(3), true));
+        assert_eq!(node_child16(0xffff, 10, 5), (NodeChild::Leaf(0), true));
+        assert_eq!(node_child16(0xfffd, 10, 5), (NodeChild::Leaf(2), true));
+        assert_eq!(node_child16(0xfff0, 10, 5), (NodeChild::Leaf(0), false));
+        assert_eq!(clip_child16(0x9000, 40_000), 36_864);
+        assert_eq!(clip_child16(0xfffe, 40_000), -2);
+    }
+
+    #[test]
+    fn children_of_32_bits_are_signed() {
+        assert_eq!(node_child32(9, 10, 5), (NodeChild::Node(9), true));
+        assert_eq!(node_child32(10, 10, 5), (NodeChild::Leaf(0), false));
+        assert_eq!(node_child32(-5, 10, 5), (NodeChild::Leaf(4), true));
+        assert_eq!(node_child32(i32::MIN, 10, 5), (NodeChild::Leaf(0), false));
+    }
+}

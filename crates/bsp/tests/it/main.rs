@@ -1,0 +1,11 @@
+//! Tests of the readers: on levels made in memory, and on real files where they are at hand.
+
+mod archives;
+mod data;
+mod entities;
+mod fixture;
+mod gotchas;
+mod other_reader;
+mod real;
+mod room;
+mod textures;
