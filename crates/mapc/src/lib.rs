@@ -23,6 +23,7 @@ mod map;
 mod math;
 mod parse;
 mod portal;
+pub mod sample;
 mod texture;
 mod tree;
 mod vis;

@@ -3,3 +3,4 @@
 mod check;
 mod maps;
 mod reader;
+mod sample;
