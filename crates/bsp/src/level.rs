@@ -1,6 +1,7 @@
 //! A level with all that belongs to it: `.lit`, `.vis` and `.ent` companions, textures that live
 //! in WADs, entities, light styles.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::bsp::{Bsp, LightSamples};
@@ -243,13 +244,17 @@ fn stem(name: &str) -> &str {
     file.rsplit_once('.').map_or(file, |(stem, _)| stem)
 }
 
+/// No level lists more WADs than this; each costs a search.
+const MAX_WADS: usize = 256;
+
 /// Names of the WADs that worldspawn lists, the last listed first, without their directories.
 fn wad_names(worldspawn: Option<&Entity>) -> Vec<String> {
     let list = worldspawn.and_then(|w| w.get_loose("wad")).unwrap_or("");
-    let names = list.split(';').map(str::trim).filter(|n| !n.is_empty());
-    let mut names: Vec<String> = names.map(|n| format!("{}.wad", stem(n))).collect();
-    names.reverse();
+    let names = list.rsplit(';').map(str::trim).filter(|n| !n.is_empty());
     names
+        .take(MAX_WADS)
+        .map(|n| format!("{}.wad", stem(n)))
+        .collect()
 }
 
 /// Takes the pixels of textures that the level only names from the WADs it lists.
@@ -292,9 +297,17 @@ fn fill_external_textures(
                 continue;
             }
         };
+        let in_wad: HashMap<&str, &crate::wad::Entry> = wad
+            .entries
+            .iter()
+            .rev() // of several of one name the first stays
+            .filter(|e| wad.is_texture(e))
+            .map(|e| (e.name.as_str(), e))
+            .collect();
         let missing = bsp.textures.iter_mut().flatten().filter(|t| is_external(t));
         for texture in missing {
-            if let Some(Ok(own)) = wad.texture(&found.bytes, &texture.name, limits)
+            if let Some(entry) = in_wad.get(texture.name.to_ascii_lowercase().as_str())
+                && let Ok(own) = wad.read_texture(&found.bytes, entry, limits)
                 && (own.width, own.height) == (texture.width, texture.height)
             {
                 texture.pixels = own.pixels;

@@ -192,18 +192,25 @@ pub(crate) fn parse_lump(
                 )
             });
         }
-        // An offset of 0 says that a WAD has the pixels.
-        if header.first_offset == 0 {
-            out.push(Some(header.texture(Vec::new())));
-            continue;
-        }
-        let available = header.pixels(data);
-        if wanted as u64 > budget || available.is_empty() {
+        let external = header.first_offset == 0;
+        let cost = HEADER_SIZE as u64 + if external { 0 } else { wanted as u64 };
+        if cost > budget {
             missing(warnings, index, "claims more pixels than the file can hold");
             out.push(None);
             continue;
         }
-        budget -= wanted as u64;
+        budget -= cost;
+        // An offset of 0 says that a WAD has the pixels.
+        if external {
+            out.push(Some(header.texture(Vec::new())));
+            continue;
+        }
+        let available = header.pixels(data);
+        if available.is_empty() {
+            missing(warnings, index, "has its pixels past the end of the lump");
+            out.push(None);
+            continue;
+        }
         let mut pixels = available.get(..wanted).unwrap_or(available).to_vec();
         if pixels.len() < wanted {
             warnings.add(WarningKind::TextureRepaired, "short", || {
@@ -240,17 +247,38 @@ pub struct Animation {
     of_texture: Vec<Option<u32>>,
 }
 
-/// Sequence letter of a texture name: whether alternate, which frame.
-fn frame_of(name: &str) -> Option<(bool, usize)> {
-    let mut bytes = name.bytes();
-    if bytes.next() != Some(b'+') {
-        return None;
-    }
-    let c = bytes.next()?;
-    match c.to_ascii_lowercase() {
-        d @ b'0'..=b'9' => Some((false, usize::from(d - b'0'))),
-        d @ b'a'..=b'j' => Some((true, usize::from(d - b'a'))),
-        _ => None,
+/// One frame of a sequence; sorts into groups, sets, and the order they play in.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Frame {
+    /// The name behind the frame letter, in lowercase.
+    key: [u8; 14],
+    alternate: bool,
+    number: u8,
+    texture: u32,
+}
+
+impl Frame {
+    fn of(texture: &MipTex, index: u32) -> Option<Self> {
+        let [b'+', letter, key @ ..] = texture.raw_name else {
+            return None;
+        };
+        let (alternate, number) = match letter.to_ascii_lowercase() {
+            d @ b'0'..=b'9' => (false, d - b'0'),
+            d @ b'a'..=b'j' => (true, d - b'a'),
+            _ => return None,
+        };
+        // What follows a name's end is garbage.
+        let end = key.iter().position(|&b| b == 0).unwrap_or(key.len());
+        let mut name = [0; 14];
+        for (to, from) in name.iter_mut().zip(key).take(end) {
+            *to = from.to_ascii_lowercase();
+        }
+        Some(Self {
+            key: name,
+            alternate,
+            number,
+            texture: index,
+        })
     }
 }
 
@@ -259,66 +287,59 @@ impl Animation {
     /// alternate ones, compared without regard to case. Where a frame is missing, the frames that
     /// are there play, with a warning (the original engines stop).
     pub fn new(textures: &[Option<MipTex>], warnings: &mut Warnings) -> Self {
-        type Group = (Vec<u8>, [[Option<u32>; 10]; 2]);
-        let mut groups: Vec<Group> = Vec::new();
-        let mut index_of = std::collections::HashMap::new();
-        let mut of_texture = Vec::with_capacity(textures.len());
+        let mut frames: Vec<Frame> = Vec::new();
         for (texture, index) in textures.iter().zip(0_u32..) {
             let Some(texture) = texture.as_ref().filter(|t| t.name.starts_with('+')) else {
-                of_texture.push(None);
                 continue;
             };
-            let Some((alternate, frame)) = frame_of(&texture.name) else {
+            if let Some(frame) = Frame::of(texture, index) {
+                frames.push(frame);
+            } else {
                 warnings.add(WarningKind::TextureAnimation, &texture.name, || {
                     format!(
                         "texture {:?} has no frame letter after its +: it stays still",
                         texture.name
                     )
                 });
-                of_texture.push(None);
-                continue;
-            };
-            let key: Vec<u8> = until_nul(&texture.raw_name)
-                .iter()
-                .skip(2)
-                .map(u8::to_ascii_lowercase)
-                .collect();
-            let group = *index_of.entry(key.clone()).or_insert_with(|| {
-                groups.push((key, [[None; 10]; 2]));
-                groups.len() - 1
-            });
-            let slot = groups
-                .get_mut(group)
-                .and_then(|(_, sets)| sets.get_mut(usize::from(alternate)))
-                .and_then(|set| set.get_mut(frame));
-            if let Some(slot) = slot {
-                // Of two textures of the same name the first one plays.
-                slot.get_or_insert(index);
             }
-            of_texture.push(u32::try_from(group).ok());
         }
-        let sequences = groups
-            .iter()
-            .map(|(key, sets)| {
-                let mut frames = sets.iter().map(|set| {
-                    let present: Vec<u32> = set.iter().flatten().copied().collect();
-                    let gap = set.iter().take(present.len()).any(Option::is_none);
-                    if gap {
-                        warnings.add(WarningKind::TextureAnimation, &latin1(key), || {
-                            format!(
-                                "the animated texture {:?} lacks a frame: the others play",
-                                latin1(key)
-                            )
-                        });
-                    }
-                    present
-                });
-                Sequence {
-                    primary: frames.next().unwrap_or_default(),
-                    alternate: frames.next().unwrap_or_default(),
+        // Of two textures of the same name the first one plays.
+        frames.sort_unstable();
+        let groups = || frames.chunk_by(|a, b| a.key == b.key);
+        let mut of_texture = vec![None; textures.len()];
+        let mut sequences = Vec::with_capacity(groups().count());
+        for (group, number) in groups().zip(0_u32..) {
+            let mut sequence = Sequence::default();
+            for set in group.chunk_by(|a, b| a.alternate == b.alternate) {
+                let first_of_each = set.chunk_by(|a, b| a.number == b.number);
+                let played: Vec<Frame> = first_of_each
+                    .filter_map(|same| same.first().copied())
+                    .collect();
+                if played
+                    .iter()
+                    .zip(0..)
+                    .any(|(frame, due)| frame.number != due)
+                {
+                    let name = latin1(until_nul(&set.first().map_or([0; 14], |f| f.key)));
+                    warnings.add(WarningKind::TextureAnimation, &name, || {
+                        format!("the animated texture {name:?} lacks a frame: the others play")
+                    });
                 }
-            })
-            .collect();
+                let alternate = played.first().is_some_and(|f| f.alternate);
+                let textures = played.iter().map(|f| f.texture).collect();
+                if alternate {
+                    sequence.alternate = textures;
+                } else {
+                    sequence.primary = textures;
+                }
+            }
+            for frame in group {
+                if let Some(of) = of_texture.get_mut(frame.texture as usize) {
+                    *of = Some(number);
+                }
+            }
+            sequences.push(sequence);
+        }
         Self {
             sequences,
             of_texture,

@@ -141,7 +141,7 @@ fn torture(name: &str, file: &[u8], seed: u64) {
     let mut changed = file.to_vec();
     let mut undo = Vec::new();
     while left > 0 {
-        let run = (1 + next(&mut state) % 512).min(left);
+        let run = (1 + next(&mut state) % 256).min(left);
         left -= run;
         for _ in 0..run {
             let at = (next(&mut state) % file.len() as u64) as usize;

@@ -37,21 +37,16 @@ pub struct BspxLump {
     pub offset: u32,
     /// Length in bytes.
     pub length: u32,
-    /// The bytes, of lumps that are known and fit the level.
-    data: Option<Vec<u8>>,
-}
-
-impl BspxLump {
     /// Whether the lump is known here and its size fits the level.
-    pub fn is_usable(&self) -> bool {
-        self.data.is_some()
-    }
+    pub is_usable: bool,
 }
 
 /// All entries of the directory; empty if the file has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Bspx {
     lumps: Vec<BspxLump>,
+    /// The bytes of usable lumps, as [`KNOWN`] names them.
+    data: [Option<Vec<u8>>; KNOWN.len()],
 }
 
 /// A face's own lightmap size and mapping (`DECOUPLED_LM`).
@@ -97,6 +92,11 @@ pub struct FaceNormals {
     /// For each edge of each face, in the order of the faces: indices of normal, tangent and
     /// bitangent, in range.
     pub corners: Vec<[u32; 3]>,
+}
+
+/// Where the bytes of a known lump are kept.
+fn slot(name: &str) -> Option<usize> {
+    KNOWN.iter().position(|known| *known == name)
 }
 
 /// What the sizes of the lumps are measured by.
@@ -209,7 +209,10 @@ impl Bspx {
             });
         }
         let mut budget = (file.len() as u64).saturating_mul(BUDGET);
-        let mut lumps: Vec<BspxLump> = Vec::with_capacity(claimed.min(most));
+        let mut this = Self {
+            lumps: Vec::with_capacity(claimed.min(most)),
+            ..Self::default()
+        };
         for _ in 0..claimed.min(most) {
             let (Some(name), Some(offset), Some(length)) =
                 (reader.take(24), reader.u32(), reader.u32())
@@ -217,16 +220,14 @@ impl Bspx {
                 break;
             };
             let name = latin1(until_nul(name));
-            let mut data = None;
-            if KNOWN.contains(&name.as_str()) {
+            let mut is_usable = false;
+            if let Some(slot) = slot(&name).and_then(|i| this.data.get_mut(i)) {
                 let bytes = (offset as usize)
                     .checked_add(length as usize)
                     .and_then(|end| file.get(offset as usize..end));
                 let flaw = match bytes {
                     None => Some("lies outside of the file".to_owned()),
-                    Some(_) if lumps.iter().any(|l| l.name == name && l.is_usable()) => {
-                        Some("is there twice".to_owned())
-                    }
+                    Some(_) if slot.is_some() => Some("is there twice".to_owned()),
                     Some(bytes) if bytes.len() as u64 > budget => {
                         Some("shares its bytes with too many others".to_owned())
                     }
@@ -238,17 +239,18 @@ impl Bspx {
                     });
                 } else if let Some(bytes) = bytes {
                     budget -= bytes.len() as u64;
-                    data = Some(bytes.to_vec());
+                    *slot = Some(bytes.to_vec());
+                    is_usable = true;
                 }
             }
-            lumps.push(BspxLump {
+            this.lumps.push(BspxLump {
                 name,
                 offset,
                 length,
-                data,
+                is_usable,
             });
         }
-        Self { lumps }
+        this
     }
 
     /// All entries in file order, those that are unknown or do not fit included.
@@ -258,10 +260,7 @@ impl Bspx {
 
     /// The bytes of a lump that is known and fits the level.
     pub fn get(&self, name: &str) -> Option<&[u8]> {
-        self.lumps
-            .iter()
-            .filter(|l| l.name == name)
-            .find_map(|l| l.data.as_deref())
+        self.data.get(slot(name)?)?.as_deref()
     }
 
     /// `LMSHIFT`: a luxel of the face is `1 << shift` units instead of 16.

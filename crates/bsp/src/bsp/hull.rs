@@ -14,7 +14,7 @@ pub const HULL_BOXES: [([f32; 3], [f32; 3]); 3] = [
 pub const TRACE_EPSILON: f64 = 1.0 / 32.0;
 
 /// A trace gives up after this many steps: only trees made to take time need more.
-const MAX_STEPS: usize = 1 << 20;
+const MAX_STEPS: usize = 1 << 16;
 
 /// How a trace ended.
 #[derive(Clone, Copy, Debug, PartialEq)]

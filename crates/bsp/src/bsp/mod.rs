@@ -111,7 +111,7 @@ pub const HEADER_SIZE: usize = 124;
 
 /// All lumps together may take this many times the file's bytes: lumps that share bytes exist only
 /// in files made to exhaust memory.
-const LUMP_BUDGET: u64 = 4;
+const LUMP_BUDGET: u64 = 2;
 
 /// A level or brush model.
 #[derive(Clone, Debug)]

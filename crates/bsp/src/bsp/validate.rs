@@ -235,8 +235,8 @@ fn trees(bsp: &mut Bsp, warnings: &mut Warnings) {
         let count = bad.iter().filter(|&&b| b).count() as u64;
         warnings.add_many(WarningKind::Tree, name, count, || {
             format!(
-                "a {name} leads into a loop or to a plane that is not usable ({planes} planes): \
-                 the tree above it is not walked"
+                "a {name} leads into a loop, too deep, or to a plane that is not usable ({planes} \
+                 planes): the tree above it is not walked"
             )
         });
     }
@@ -244,7 +244,11 @@ fn trees(bsp: &mut Bsp, warnings: &mut Warnings) {
     bsp.bad_clipnodes = bad_clipnodes;
 }
 
-/// For each node of a graph, whether a loop or a bad node (`children` gives `None`) can be reached
+/// Trees deeper than this are not walked: compilers make them a few dozen to a few hundred deep,
+/// and each query costs the depth.
+const MAX_DEPTH: u16 = 4096;
+
+/// For each node of a graph, whether it is too deep, or a loop or a bad node (`children` gives `None`) can be reached
 /// from it. One depth-first pass without recursion: a node that reaches a loop either meets a node
 /// still open, or one already found bad.
 fn unwalkable(count: usize, children: impl Fn(u32) -> Option<[Option<u32>; 2]>) -> Vec<bool> {
@@ -256,6 +260,8 @@ fn unwalkable(count: usize, children: impl Fn(u32) -> Option<[Option<u32>; 2]>) 
         Bad,
     }
     let mut state = vec![State::New; count];
+    // Steps from each finished node down to its farthest leaf.
+    let mut height = vec![0_u16; count];
     // Node, next child to visit, whether something bad was met below.
     let mut stack: Vec<(u32, usize, bool)> = Vec::new();
     for root in (0_u32..).take(count) {
@@ -281,7 +287,13 @@ fn unwalkable(count: usize, children: impl Fn(u32) -> Option<[Option<u32>; 2]>) 
                     _ => *bad = true,
                 }
             } else {
-                let bad = *bad;
+                let below = slots
+                    .iter()
+                    .flatten()
+                    .filter_map(|&c| height.get(c as usize));
+                let own = below.max().map_or(0, |&h| h.saturating_add(1));
+                let bad = *bad || own > MAX_DEPTH;
+                set(&mut height, id, own);
                 set(&mut state, id, if bad { State::Bad } else { State::Good });
                 stack.pop();
                 mark(&mut stack, bad);

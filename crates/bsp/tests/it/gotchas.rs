@@ -154,7 +154,7 @@ fn gotcha_09_pixels_past_the_end_are_padded() {
 
 #[test]
 fn gotcha_09_a_small_file_makes_no_large_textures() {
-    // Thousands of textures that share one header of 8192 x 8192.
+    // A thousand textures that share one header of 8192 x 8192.
     let mut big = tex("big", 16, 16).unwrap();
     big.size = [8192, 8192];
     let mut lump = texture_lump(&vec![Some(big); 1000]);
@@ -542,12 +542,16 @@ fn gotcha_21_loops_disable_their_tree() {
 
 #[test]
 fn gotcha_21_deep_trees_do_not_overflow_the_stack() {
-    let mut room = Room::new();
-    room.nodes = (0..200_000).map(|i| (0, [i + 1, -1])).collect();
-    room.nodes.push((0, [-2, -1]));
-    let (bsp, _) = parse(&room.emit(Format::Bsp2));
-    assert_eq!(bsp.point_leaf(0, [0.0; 3]), Some(1));
-    assert!(bsp.trace(0, 0, [0.0; 3], [0.0, 0.0, 1.0]).is_some());
+    for (depth, leaf) in [(3000, Some(1)), (200_000, None)] {
+        let mut room = Room::new();
+        room.nodes = (0..depth).map(|i| (0, [i + 1, -1])).collect();
+        room.nodes.push((0, [-2, -1]));
+        let (bsp, warnings) = parse(&room.emit(Format::Bsp2));
+        assert_eq!(bsp.point_leaf(0, [0.0; 3]), leaf);
+        let trace = bsp.trace(0, 0, [0.0; 3], [0.0, 0.0, 1.0]);
+        assert_eq!(trace.is_some(), leaf.is_some());
+        assert_eq!(warnings.has(WarningKind::Tree), leaf.is_none());
+    }
 }
 
 #[test]

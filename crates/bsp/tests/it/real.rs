@@ -136,6 +136,9 @@ fn levels_come_with_what_belongs_to_them() {
         assert!(matches!(e, LoadError::Format(_)));
         assert!(e.to_string().contains(says), "{e}");
     }
+    // Of what both PAKs have, the later one's counts.
+    let wizard = search.read("progs/wizard.mdl").unwrap();
+    assert!(wizard.origin.contains("pak1.pak"), "{}", wizard.origin);
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn bspx_lumps_are_checked_and_read() {
         ("SOMETHING", vec![1, 2, 3]),
     ];
     let (bsp, warnings) = parse(&room.emit(bsp::bsp::Format::Bsp2));
-    let usable: Vec<bool> = bsp.bspx.lumps().iter().map(|l| l.is_usable()).collect();
+    let usable: Vec<bool> = bsp.bspx.lumps().iter().map(|l| l.is_usable).collect();
     assert_eq!(usable, [true, true, true, false, false]);
     assert_eq!(warnings.count(bsp::WarningKind::Bspx), 1, "{warnings:?}");
     assert_eq!(bsp.own_light_samples().value(&bsp, 3), [0.5; 3]);
