@@ -81,17 +81,20 @@ pub(crate) fn compile(map: &Map, options: &Options) -> Result<Compiled, CompileE
         warnings: Vec::new(),
     };
     let mut world = Vec::new();
+    let mut details = Vec::new();
     let mut points = Vec::new();
     for (i, e) in map.entities.iter().enumerate() {
         if i == 0 || e.is_world() {
             world.extend(e.brushes.iter());
+            let detail = e.classname() == "func_detail";
+            details.extend(std::iter::repeat_n(detail, e.brushes.len()));
         } else if e.brushes.is_empty()
             && let Some(origin) = e.vector("origin")
         {
             points.push((i, origin));
         }
     }
-    let mut models = vec![c.world(map, &world, &points)?];
+    let mut models = vec![c.world(map, &world, &details, &points)?];
     let mut entities = Vec::new();
     for (i, e) in map.entities.iter().enumerate() {
         let mut out = Entity { keys: e.keys.clone(), brushes: Vec::new() };
@@ -120,10 +123,18 @@ impl Compiler<'_> {
         &mut self,
         map: &Map,
         brushes: &[&Brush],
+        details: &[bool],
         points: &[(usize, Vec3)],
     ) -> Result<Model, CompileError> {
         let (mut drawn, mut solid) = (Vec::new(), Vec::new());
-        self.compile_brushes(0, brushes, &mut drawn, &mut solid)?;
+        for (brush, &detail) in brushes.iter().zip(details) {
+            let before = drawn.len();
+            self.compile_brushes(0, &[brush], &mut drawn, &mut solid)?;
+            for b in &mut drawn[before..] {
+                // Liquid and sky always count.
+                b.detail = detail && b.contents == Contents::Solid;
+            }
+        }
         if drawn.is_empty() {
             return Err(CompileError::NoBrushes { entity: 0 });
         }
@@ -131,7 +142,7 @@ impl Compiler<'_> {
         // Two rounds: the first finds out which sides are seen, so that the second can split by
         // them first. Its tree is smaller and its faces are cut less.
         let mut round = 0;
-        let (mut tree, portals, faces) = loop {
+        let (mut tree, faces) = loop {
             let mut tree = tree::build(&self.planes, &drawn, true);
             let portals = portal::build(&mut tree, &self.planes);
             let flood = portal::flood(&tree, &self.planes, &portals, &origins);
@@ -159,7 +170,7 @@ impl Compiler<'_> {
             let faces =
                 face::from_portals(&tree, &self.planes, &drawn, &portals, |b, s| seen.push((b, s)));
             if round == 1 {
-                break (tree, portals, faces);
+                break (tree, faces);
             }
             for (b, s) in seen {
                 drawn[b].sides[s].visible = true;
@@ -170,7 +181,7 @@ impl Compiler<'_> {
         prune(&mut tree, &faces);
         let leafs = numbered_leafs(&tree);
         let vis =
-            if self.options.vis { self.visibility(&tree, &portals, &leafs) } else { Vec::new() };
+            if self.options.vis { self.visibility(&drawn, &origins, &tree, &leafs) } else { Vec::new() };
         let hulls = [0, 1].map(|h| self.clip_hull(&solid, h, Some(&origins)));
         let bounds = tree.bounds;
         Ok(Model { tree, faces, bounds, hulls, leafs, vis })
@@ -267,7 +278,7 @@ impl Compiler<'_> {
         let closed = sides.len() >= 4
             && bounds.mins.iter().chain(&bounds.maxs).all(|v| v.abs() < 32_000.0);
         if closed {
-            Ok(CompiledBrush { sides, contents, bounds })
+            Ok(CompiledBrush { sides, contents, bounds, detail: false })
         } else {
             Err("the faces enclose no volume within 32000 units of the origin".to_owned())
         }
@@ -287,22 +298,55 @@ impl Compiler<'_> {
         })
     }
 
-    fn visibility(&self, tree: &Tree, portals: &[portal::Portal], leafs: &[usize]) -> Vec<BitSet> {
+    /// One row for each numbered leaf. Sight is worked out in the tree without details, whose
+    /// leafs are fewer; each leaf of the full tree lies within one of them.
+    fn visibility(
+        &self,
+        drawn: &[CompiledBrush],
+        origins: &[Vec3],
+        full: &Tree,
+        full_leafs: &[usize],
+    ) -> Vec<BitSet> {
+        let plain: Vec<CompiledBrush> = drawn.iter().filter(|b| !b.detail).cloned().collect();
+        let mut tree = tree::build(&self.planes, &plain, true);
+        let portals = portal::build(&mut tree, &self.planes);
+        let flood = portal::flood(&tree, &self.planes, &portals, origins);
+        if flood.any && flood.leak.is_none() {
+            portal::fill_unreached(&mut tree, &flood);
+        }
+        let leafs = numbered_leafs(&tree);
         let mut number = vec![usize::MAX; tree.nodes.len()];
         for (i, l) in leafs.iter().enumerate() {
             number[*l] = i;
         }
         let mut doors = Vec::new();
-        for p in portals {
+        for p in &portals {
             let Some(split) = p.on_node.and_then(|n| tree.nodes[n].split) else { continue };
             let open = |l: usize| l != OUTSIDE && !tree.nodes[l].contents.is_opaque();
-            // A leaf without a number was pruned away together with its portals.
-            if p.leafs.iter().all(|&l| open(l) && number[l] != usize::MAX) {
+            if p.leafs.iter().all(|&l| open(l)) {
                 let plane = self.planes.get(split.plane);
                 doors.push((p.winding.clone(), plane, p.leafs.map(|l| number[l])));
             }
         }
-        vis::leaf_rows(leafs.len(), &doors)
+        let rows = vis::leaf_rows(leafs.len(), &doors);
+        let home: Vec<usize> = full_leafs
+            .iter()
+            .map(|&l| number[tree.leaf_at(&self.planes, full.nodes[l].middle)])
+            .collect();
+        home.iter()
+            .enumerate()
+            .map(|(i, &a)| {
+                let mut row = BitSet::new(home.len());
+                for (j, &b) in home.iter().enumerate() {
+                    // A sliver that fell into solid counts as seen from everywhere.
+                    let lost = a == usize::MAX || b == usize::MAX;
+                    if i == j || lost || rows[a].get(b) {
+                        row.set(j);
+                    }
+                }
+                row
+            })
+            .collect()
     }
 
     /// The tree in which a point stands for a whole box: brushes grown by the box's size.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::math::{Bounds, Plane, PlaneSet, Vec3};
+use crate::math::{Bounds, Plane, PlaneSet, Vec3, add, scale};
 use crate::texture::Contents;
 use crate::tree::Tree;
 use crate::winding::Winding;
@@ -36,6 +36,10 @@ pub(crate) fn build(tree: &mut Tree, planes: &PlaneSet) -> Vec<Portal> {
         let bounds = Bounds::of(own.iter().flat_map(|&p| &portals[p].winding.0));
         tree.nodes[node].bounds = bounds;
         let Some(split) = tree.nodes[node].split else {
+            let corners: Vec<Vec3> =
+                own.iter().flat_map(|&p| portals[p].winding.0.iter().copied()).collect();
+            let sum = corners.iter().fold([0.0; 3], |s, p| add(s, *p));
+            tree.nodes[node].middle = scale(sum, 1.0 / corners.len().max(1) as f64);
             tree.nodes[node].portals = own;
             continue;
         };

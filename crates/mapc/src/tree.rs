@@ -26,6 +26,8 @@ pub(crate) struct CompiledBrush {
     pub(crate) sides: Vec<Side>,
     pub(crate) contents: Contents,
     pub(crate) bounds: Bounds,
+    /// Splits space only after all others, and does not count for visibility.
+    pub(crate) detail: bool,
 }
 
 /// The sides' polygons on their planes, each clipped by all others; `None` where nothing is
@@ -54,6 +56,8 @@ pub(crate) struct Node {
     pub(crate) brushes: Vec<usize>,
     /// Set by portal building.
     pub(crate) bounds: Bounds,
+    /// A point inside, set by portal building.
+    pub(crate) middle: Vec3,
     /// Indices of the portals around it, set by portal building.
     pub(crate) portals: Vec<usize>,
 }
@@ -71,6 +75,7 @@ impl Node {
             contents,
             brushes: Vec::new(),
             bounds: Bounds::EMPTY,
+            middle: [0.0; 3],
             portals: Vec::new(),
         }
     }
@@ -271,13 +276,20 @@ impl Builder<'_> {
         Some((front, back))
     }
 
-    /// The best plane to split a cell by: visible sides first, few cuts, many sides on it, both
-    /// halves alike, axial.
+    /// The best plane to split a cell by: details last, visible sides first, few cuts, many
+    /// sides on it, both halves alike, axial. While other brushes are left, details have no say,
+    /// so that the upper part of the tree is the one they would give alone.
     fn choose_plane(&self, fragments: &[Fragment]) -> Option<usize> {
+        let (details, others): (Vec<&Fragment>, Vec<&Fragment>) =
+            fragments.iter().partition(|f| self.brushes[f.brush].detail);
+        self.choose_among(&others).or_else(|| self.choose_among(&details))
+    }
+
+    fn choose_among(&self, fragments: &[&Fragment]) -> Option<usize> {
         for visible_only in [true, false] {
             let mut candidates: Vec<usize> = fragments
                 .iter()
-                .flat_map(|f| &f.sides)
+                .flat_map(|f| f.sides.iter())
                 .filter(|s| !s.on_node && (s.visible || !visible_only))
                 .map(|s| s.plane & !1)
                 .collect();
@@ -292,7 +304,7 @@ impl Builder<'_> {
         None
     }
 
-    fn score(&self, fragments: &[Fragment], plane_index: usize) -> i64 {
+    fn score(&self, fragments: &[&Fragment], plane_index: usize) -> i64 {
         let plane = self.planes.get(plane_index);
         let (mut front, mut back, mut cuts, mut on) = (0i64, 0i64, 0i64, 0i64);
         for f in fragments {

@@ -9,7 +9,7 @@ use crate::winding::Winding;
 const EPS: f64 = 0.01;
 
 /// Steps of the flow for one portal before the coarse set is taken instead.
-const MAX_STEPS: usize = 50_000;
+const MAX_STEPS: usize = 4_000;
 
 /// Longest chain of portals followed: beyond it the coarse set is taken.
 const MAX_DEPTH: usize = 256;
