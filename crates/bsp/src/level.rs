@@ -128,6 +128,31 @@ impl Level {
         )
     }
 
+    /// A level held in memory, without companions. The search path serves for WADs.
+    ///
+    /// # Errors
+    /// As for [`Level::load`], with `name` as the file's.
+    pub fn from_bytes(
+        search: &SearchPath,
+        name: &str,
+        bytes: Vec<u8>,
+        limits: &Limits,
+    ) -> Result<Self, LoadError> {
+        let found = Found {
+            bytes,
+            origin: name.to_owned(),
+            priority: 0,
+            game: None,
+        };
+        let places = Companions {
+            search: &SearchPath::default(),
+            dir: String::new(),
+            priority: 0,
+            game: None,
+        };
+        Self::assemble(stem(name), found, &places, search, limits)
+    }
+
     fn assemble(
         name: &str,
         found: Found,

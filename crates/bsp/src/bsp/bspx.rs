@@ -147,13 +147,37 @@ impl Counts {
             }
             "BRUSHLIST" => (walk_brushes(data, |_, _| (), |_| ()).is_none())
                 .then(|| "ends inside of a brush".to_owned()),
-            // Step, size, mins, number of styles, root, number of nodes, of leafs.
-            "LIGHTGRID_OCTREE" => {
-                (data.len() < 49).then(|| format!("has {} bytes of at least 49", data.len()))
-            }
+            "LIGHTGRID_OCTREE" => (walk_light_grid(data).is_none())
+                .then(|| "ends too early, or has more than it says".to_owned()),
             _ => None,
         }
     }
+}
+
+/// Walks a `LIGHTGRID_OCTREE` to its last byte.
+fn walk_light_grid(data: &[u8]) -> Option<()> {
+    let mut r = Reader::new(data);
+    // Step, size and least corner; the number of styles and the root.
+    r.take(36)?;
+    r.take(5)?;
+    let nodes = r.u32()? as usize;
+    r.take(nodes.checked_mul(44)?)?;
+    for _ in 0..r.u32()? {
+        r.take(12)?;
+        let size = [r.u32()?, r.u32()?, r.u32()?].map(u64::from);
+        let points = size.iter().try_fold(1_u64, |n, &c| n.checked_mul(c))?;
+        // Each point takes a byte or more.
+        if points > r.remaining() as u64 {
+            return None;
+        }
+        for _ in 0..points {
+            let styles = r.u8()?;
+            if styles != u8::MAX {
+                r.take(usize::from(styles) * 4)?;
+            }
+        }
+    }
+    (r.remaining() == 0).then_some(())
 }
 
 /// Walks a `BRUSHLIST`; `None` if it ends early or has another version.

@@ -143,6 +143,37 @@ fn bspx_lumps_are_checked_and_read() {
 }
 
 #[test]
+fn light_grids_are_walked_to_their_end() {
+    let mut grid = vec![0; 41];
+    grid.extend(1_u32.to_le_bytes());
+    grid.extend([0; 44]);
+    grid.extend(1_u32.to_le_bytes());
+    grid.extend([0; 12]);
+    grid.extend([2_u32, 1, 1].iter().flat_map(|v| v.to_le_bytes()));
+    grid.extend([255, 1, 0, 9, 9, 9]);
+    let usable = |grid: &[u8]| {
+        let mut room = Room::new();
+        room.bspx = vec![("LIGHTGRID_OCTREE", grid.to_vec())];
+        parse(&room.emit(bsp::bsp::Format::Bsp29)).0.bspx.lumps()[0].is_usable
+    };
+    assert!(usable(&grid));
+    assert!(!usable(&grid[..grid.len() - 1]));
+    grid.push(0);
+    assert!(!usable(&grid));
+}
+
+#[test]
+fn a_level_in_memory_needs_no_files() {
+    let file = Room::new().emit(bsp::bsp::Format::Psb2);
+    let search = bsp::SearchPath::default();
+    let limits = Limits::default();
+    let level = bsp::Level::from_bytes(&search, "a/room.bsp", file, &limits).unwrap();
+    assert_eq!((level.name.as_str(), level.entities.len()), ("room", 2));
+    let error = bsp::Level::from_bytes(&search, "room.bsp", vec![0; 8], &limits).unwrap_err();
+    assert!(error.to_string().starts_with("room.bsp: "), "{error}");
+}
+
+#[test]
 fn lightmaps_follow_lmshift_lmoffset_and_lmstyle() {
     let mut room = Room::new();
     room.lighting.resize(1000, 9);
