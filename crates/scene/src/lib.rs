@@ -135,7 +135,11 @@ pub struct Report {
     pub open_edges: usize,
     /// Vertices inserted into edges to remove T-junctions.
     pub t_junctions_split: usize,
-    /// Whether the level is sealed: its compiler could compute visibility, so no ray should leave it.
+    /// Open edges of the static world beside which solid has no face: places where rays can enter
+    /// solid. The other open edges lie on faces.
+    pub holes: usize,
+    /// Whether no ray should leave the level: its outside is solid, which compilers see to only if
+    /// no path leads out, and there are no [`Report::holes`].
     pub sealed: bool,
     /// Texels of emitting textures that emit at the chosen threshold, over all textures.
     pub emissive_texels: usize,

@@ -16,7 +16,7 @@ const START_LIFT: f32 = 1.0;
 const TELEPORT_LIFT: f32 = 27.0;
 
 /// Farthest that a player who has just started falls before the first picture.
-const MAX_FALL: f32 = 256.0;
+const MAX_FALL: f32 = 4096.0;
 
 /// Classes of starts, the preferred one first.
 const STARTS: [&str; 5] = [

@@ -13,6 +13,10 @@ pub const LAMP_REACH: f32 = 32.0;
 /// texel on a wall does not put out the torch before it.
 pub const LAMP_SHARE: f32 = 1.0 / 16.0;
 
+/// Most pairs of light and surface compared: real levels have a few millions. Beyond, all lights
+/// stay.
+const MAX_PAIRS: usize = 1 << 28;
+
 /// All emissive triangles of placed meshes, in order of instances and triangles.
 pub fn emissive_triangles(
     meshes: &[Mesh],
@@ -63,6 +67,9 @@ pub fn choose_lights(
         LightMode::Entities | LightMode::All => (lights, 0),
         LightMode::Auto => {
             let lamps: Vec<&EmissiveTriangle> = triangles.iter().filter(|t| is_lamp(t)).collect();
+            if lamps.len().saturating_mul(lights.len()) > MAX_PAIRS {
+                return (lights, 0);
+            }
             let before = lights.len();
             let kept: Vec<PointLight> = lights
                 .into_iter()

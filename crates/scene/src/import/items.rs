@@ -77,6 +77,17 @@ fn file(entity: &Entity) -> Option<&'static str> {
 /// has it: engines would remove it, a picture rather shows it.
 pub fn rest(bsp: &Bsp, poses: &[Pose<'_>], origin: Vec3) -> Vec3 {
     let mapped = origin;
+    let is_below = |model: usize, offset: Vec3| {
+        let (Some(model), point) = (bsp.models.get(model), origin - offset) else {
+            return false;
+        };
+        // Hull 1 is grown by a player's half width.
+        let grown = |c: f32, sign: f32| c + sign * 48.0;
+        point.x >= grown(model.mins[0], -1.0)
+            && point.x <= grown(model.maxs[0], 1.0)
+            && point.y >= grown(model.mins[1], -1.0)
+            && point.y <= grown(model.maxs[1], 1.0)
+    };
     let grown = bsp.hull_contents(0, 1, origin.to_array()).is_some();
     // Without clip hulls a point in the middle of the box's bottom has to do.
     let (number, from_corner) = if grown {
@@ -86,7 +97,7 @@ pub fn rest(bsp: &Bsp, poses: &[Pose<'_>], origin: Vec3) -> Vec3 {
     };
     let start = origin + from_corner;
     let world = std::iter::once((0, Vec3::ZERO));
-    let solids = poses.iter().filter(|p| p.solid);
+    let solids = (poses.iter()).filter(|p| p.solid && is_below(p.model, p.offset));
     let mut fall = 1.0_f64;
     for (model, offset) in world.chain(solids.map(|p| (p.model, p.offset))) {
         let from = start - offset;

@@ -1,6 +1,7 @@
 //! Light entities into small spheres.
 
 use super::notes::Notes;
+use super::targets::Targets;
 use crate::light::{PointLight, Spot};
 use bsp::bsp::contents;
 use bsp::entity::{Entity, numbers};
@@ -46,18 +47,26 @@ fn intensity(light: f32, wait: f32, falloff: Falloff) -> f32 {
     }
 }
 
-/// All light entities that shine at `time`.
-pub fn lights(level: &Level, time: f64, notes: &mut Notes) -> Vec<PointLight> {
+/// All light entities that shine at `time`. `shallow` says that the level's tree can be asked.
+pub fn lights(level: &Level, shallow: bool, time: f64, notes: &mut Notes) -> Vec<PointLight> {
+    let targets = Targets::new(&level.entities);
     level
         .entities
         .iter()
         .skip(1)
         .filter(|e| e.classname().starts_with("light"))
-        .filter_map(|e| light(e, level, time, notes))
+        .filter_map(|e| light(e, level, &targets, shallow, time, notes))
         .collect()
 }
 
-fn light(entity: &Entity, level: &Level, time: f64, notes: &mut Notes) -> Option<PointLight> {
+fn light(
+    entity: &Entity,
+    level: &Level,
+    targets: &Targets<'_>,
+    shallow: bool,
+    time: f64,
+    notes: &mut Notes,
+) -> Option<PointLight> {
     let number = |key| entity.float_loose(key).unwrap_or(0.0);
     if number("nostaticlight") != 0.0 || number("sun") != 0.0 {
         return None;
@@ -100,7 +109,12 @@ fn light(entity: &Entity, level: &Level, time: f64, notes: &mut Notes) -> Option
         return None;
     }
     let origin = Vec3::from(entity.origin());
-    let Some(position) = out_of_solid(&level.bsp, origin) else {
+    let position = if shallow {
+        out_of_solid(&level.bsp, origin)
+    } else {
+        Some(origin)
+    };
+    let Some(position) = position else {
         notes.add("buried lights", || {
             format!("{} lies deep in solid and is left out", entity.classname())
         });
@@ -110,7 +124,7 @@ fn light(entity: &Entity, level: &Level, time: f64, notes: &mut Notes) -> Option
         position,
         radius: LIGHT_RADIUS,
         intensity,
-        spot: spot(entity, &level.entities, origin),
+        spot: spot(entity, targets, origin),
     })
 }
 
@@ -166,11 +180,8 @@ fn style(entity: &Entity, level: &Level, time: f64) -> f32 {
     level.styles.brightness(style, time, Blend::Step)
 }
 
-fn spot(entity: &Entity, entities: &[Entity], origin: Vec3) -> Option<Spot> {
-    let target = entity.get("target").filter(|t| !t.is_empty());
-    let aimed = target
-        .and_then(|t| entities.iter().find(|e| e.get("targetname") == Some(t)))
-        .map(|e| Vec3::from(e.origin()) - origin);
+fn spot(entity: &Entity, targets: &Targets<'_>, origin: Vec3) -> Option<Spot> {
+    let aimed = targets.of(entity).map(|target| target - origin);
     // Yaw, pitch, roll here, and a positive pitch looks up.
     let mangled = entity.vec3_loose("mangle").map(|[yaw, pitch, _]| {
         let (yaw, pitch) = (yaw.to_radians(), pitch.to_radians());
@@ -209,8 +220,13 @@ fn out_of_solid(bsp: &Bsp, origin: Vec3) -> Option<Vec3> {
     ];
     let steps = (1..=(MAX_NUDGE / 2.0) as u16).map(|i| f32::from(i) * 2.0);
     steps
-        .flat_map(|d| axes.map(|axis| origin + axis * d))
-        .find(|&q| !is_solid(q))
+        .flat_map(|d| axes.map(|axis| (origin + axis * d, axis)))
+        .find(|&(q, _)| !is_solid(q))
+        .map(|(q, axis)| {
+            // Not in the very surface, which would hide half of the lamp.
+            let clear = q + axis * 2.0;
+            if is_solid(clear) { q } else { clear }
+        })
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::ImportOptions;
 use super::notes::Notes;
+use super::targets::Targets;
 use bsp::Bsp;
 use bsp::bsp::Model;
 use bsp::entity::Entity;
@@ -43,6 +44,7 @@ pub fn poses<'a>(
 ) -> (Vec<Pose<'a>>, Vec<usize>) {
     let mut shown = Vec::new();
     let mut hidden = Vec::new();
+    let targets = Targets::new(entities);
     for entity in entities.iter().skip(1) {
         let Some(text) = entity.get("model").filter(|m| m.starts_with('*')) else {
             continue;
@@ -61,7 +63,7 @@ pub fn poses<'a>(
             hidden.push(index);
             continue;
         }
-        shown.push(pose(entity, index, model, entities, notes));
+        shown.push(pose(entity, index, model, &targets, notes));
     }
     (shown, hidden)
 }
@@ -85,7 +87,7 @@ fn pose<'a>(
     entity: &'a Entity,
     index: usize,
     model: &Model,
-    entities: &[Entity],
+    targets: &Targets<'_>,
     notes: &mut Notes,
 ) -> Pose<'a> {
     let classname = entity.classname();
@@ -109,7 +111,7 @@ fn pose<'a>(
             let height = entity.float("height").filter(|&h| h != 0.0);
             origin - Vec3::Z * height.unwrap_or(size.z - 8.0)
         }
-        "func_train" => match first_corner(entity, entities) {
+        "func_train" => match targets.of(entity) {
             Some(corner) => corner - (mins - 1.0),
             None => {
                 notes.add("train without corner", || {
@@ -133,12 +135,4 @@ fn pose<'a>(
         solid: classname.starts_with("func_") && classname != "func_illusionary",
         alternate: entity.float("frame").is_some_and(|f| f != 0.0),
     }
-}
-
-fn first_corner(train: &Entity, entities: &[Entity]) -> Option<Vec3> {
-    let target = train.get("target").filter(|t| !t.is_empty())?;
-    let corner = entities
-        .iter()
-        .find(|e| e.get("targetname") == Some(target))?;
-    Some(Vec3::from(corner.origin()))
 }

@@ -10,6 +10,8 @@ use glam::{DVec3, Vec3};
 const PROBE: f64 = 0.25;
 /// Directions around an edge that are probed.
 const DIRECTIONS: usize = 24;
+/// Most open edges looked at: so many have no other reason than holes.
+const MAX_EDGES: usize = 1 << 14;
 /// How near a face must be to close a place, world units.
 const NEAR: f64 = 0.125;
 
@@ -46,6 +48,7 @@ fn is_closed(bsp: &Bsp, p: DVec3) -> bool {
 pub fn holes(bsp: &Bsp, positions: &[Vec3], open: &[(u32, u32)]) -> Vec<DVec3> {
     let mut covers: CellMap<u32, bool> = CellMap::default();
     open.iter()
+        .take(MAX_EDGES)
         .filter_map(|&(a, b)| {
             let [a, b] = [a, b].map(|i| positions[i as usize].as_dvec3());
             let along = (b - a).try_normalize()?;

@@ -292,10 +292,9 @@ fn emit(
     };
     let mean = picture::mean_luminance(&set.textures[emission.0 as usize]);
     let sides = if material.two_sided { 2.0 } else { 1.0 };
-    material.emission_weight = mean * material.emission_scale * sides;
-    material.emission = Some(emission);
-    if !(material.emission_weight > 0.0) {
-        material.emission = None;
-        material.emission_weight = 0.0;
+    let weight = mean * material.emission_scale * sides;
+    if weight > 0.0 {
+        material.emission_weight = weight;
+        material.emission = Some(emission);
     }
 }

@@ -6,7 +6,7 @@ use super::notes::Notes;
 use super::poses::Pose;
 use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
 use super::{Files, ImportError, ImportOptions, LightMode};
-use super::{cameras, emitters, items, lights, poses, seal};
+use super::{cameras, emitters, items, lights, poses, seal, trees};
 use crate::emitter::Emitters;
 use crate::material::{MaterialId, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
@@ -21,6 +21,10 @@ use std::collections::{BTreeMap, HashSet};
 /// How far each face of a brush entity's bounds is moved outwards, in world units, so that it lies
 /// before the world's faces that share its plane.
 pub const ENTITY_GROWTH: f32 = 1.0 / 64.0;
+
+/// Instances may place this many times the triangles of all meshes, and so many in any case.
+const PLACED_PER_TRIANGLE: usize = 16;
+const PLACED_ANYWAY: usize = 1 << 18;
 
 /// Entities that grow by more than this factor are left as they are: flat ones have no inside to
 /// scale from.
@@ -37,6 +41,10 @@ pub struct World<'a> {
     report: Report,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    /// Whether the level's trees can be asked often.
+    shallow: bool,
+    /// Triangles placed by instances so far.
+    placed: usize,
 }
 
 impl<'a> World<'a> {
@@ -57,6 +65,8 @@ impl<'a> World<'a> {
             report: Report::default(),
             meshes: Vec::new(),
             instances: Vec::new(),
+            shallow: trees::are_shallow(&level.bsp),
+            placed: 0,
         }
     }
 
@@ -122,11 +132,19 @@ impl<'a> World<'a> {
     /// Says whether the level is sealed, and if only a face is lacking, where.
     fn seal(&mut self, world: &ModelMesh) {
         let bsp = &self.level.bsp;
+        if !self.shallow {
+            self.notes.add("deep tree", || {
+                "the level's tree is looped or absurdly deep: it is not asked where solid is"
+                    .to_owned()
+            });
+            return;
+        }
         if !seal::outside_is_solid(bsp) {
             return;
         }
         let holes = seal::holes(bsp, &world.positions, &world.open_edges);
         self.report.sealed = holes.is_empty();
+        self.report.holes = holes.len();
         if let Some(first) = holes.first() {
             self.notes.add("holes", || {
                 format!(
@@ -172,11 +190,8 @@ impl<'a> World<'a> {
                 }
             };
             if let Some(mesh) = index {
-                self.instances.push(Instance {
-                    mesh,
-                    transform: Affine3A::from_translation(pose.offset) * growth,
-                    name: pose.classname.to_owned(),
-                });
+                let place = Affine3A::from_translation(pose.offset) * growth;
+                self.place(mesh, place, pose.classname);
             }
         }
     }
@@ -193,16 +208,32 @@ impl<'a> World<'a> {
                 }
             };
             let Some((mesh, growth)) = made else { continue };
-            let place = Affine3A::from_rotation_translation(
-                Quat::from_rotation_z(item.yaw_deg.to_radians()),
-                items::rest(&self.level.bsp, poses, item.origin),
-            );
-            self.instances.push(Instance {
-                mesh,
-                transform: place * growth,
-                name: item.classname.to_owned(),
-            });
+            let rest = if self.shallow {
+                items::rest(&self.level.bsp, poses, item.origin)
+            } else {
+                item.origin
+            };
+            let turned = Quat::from_rotation_z(item.yaw_deg.to_radians());
+            let place = Affine3A::from_rotation_translation(turned, rest);
+            self.place(mesh, place * growth, item.classname);
         }
+    }
+
+    /// Places a mesh, unless a few bytes of entity text have placed too many triangles already.
+    fn place(&mut self, mesh: usize, transform: Affine3A, name: &str) {
+        let there: usize = self.meshes.iter().map(|m| m.triangles.len()).sum();
+        self.placed += self.meshes[mesh].triangles.len();
+        if self.placed > PLACED_PER_TRIANGLE * there + PLACED_ANYWAY {
+            self.notes.add("too many instances", || {
+                "brush models are placed too often: the rest is left out".to_owned()
+            });
+            return;
+        }
+        self.instances.push(Instance {
+            mesh,
+            transform,
+            name: name.to_owned(),
+        });
     }
 
     fn item_mesh(&mut self, file: &str) -> Option<(usize, Affine3A)> {
@@ -246,7 +277,12 @@ impl<'a> World<'a> {
             emitters::emissive_triangles(&self.meshes, &self.instances, &self.set.materials);
         let lights = match self.options.lights {
             LightMode::Textures => Vec::new(),
-            _ => lights::lights(self.level, f64::from(self.options.time), &mut self.notes),
+            _ => lights::lights(
+                self.level,
+                self.shallow,
+                f64::from(self.options.time),
+                &mut self.notes,
+            ),
         };
         let (lights, twice) =
             emitters::choose_lights(lights, self.options.lights, &triangles, |t| {
@@ -321,7 +357,7 @@ impl<'a> World<'a> {
                     .iter()
                     .any(|key| e.float_loose(key).is_some_and(|v| v != 0.0))
         };
-        if sun_keys.iter().any(|k| sun_key(&k)) || self.level.entities.iter().any(is_sun) {
+        if sun_keys.iter().any(sun_key) || self.level.entities.iter().any(is_sun) {
             notes.add("suns", || {
                 "suns (_sunlight and the like) are not modelled: only the sky itself shines"
                     .to_owned()

@@ -1,0 +1,8 @@
+//! The import, on generated levels and on real ones.
+
+mod common;
+mod geometry;
+mod lamps;
+mod levels;
+mod pictures;
+mod poses;
