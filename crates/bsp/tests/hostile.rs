@@ -19,7 +19,6 @@ use bsp::{Bsp, Limits, Warnings, entity, sniff};
 #[path = "it/data.rs"]
 mod data;
 #[path = "it/fixture.rs"]
-#[expect(dead_code, reason = "serves the other tests too")]
 mod fixture;
 
 /// Counts the bytes that the current thread holds, and the most it ever held.
@@ -58,6 +57,9 @@ static ALLOCATOR: Counting = Counting;
 
 /// Memory that messages and small tables may take, however short the file is.
 const SMALL: usize = 64 << 10;
+
+/// Most memory held while reading a file larger than that, in tenths of the file's size.
+static WORST: AtomicUsize = AtomicUsize::new(0);
 
 /// No file here takes a hundredth of this to read.
 const HANG: Duration = Duration::from_secs(20);
@@ -117,6 +119,9 @@ fn measured(name: &str, what: &str, bytes: &[u8], is_level: bool) {
     let used = (MOST.get() - before).unsigned_abs();
     assert!(took < HANG, "{name}, {what}: took {took:?}");
     let allowed = 64 * bytes.len() + SMALL;
+    if bytes.len() > SMALL {
+        WORST.fetch_max(used * 10 / bytes.len(), Ordering::Relaxed);
+    }
     assert!(
         used <= allowed,
         "{name}, {what}: {used} bytes held for a file of {}",
@@ -195,6 +200,108 @@ fn broken_real_files_do_no_harm() {
     // The largest first, so that no core is left alone with one at the end.
     files.sort_by_key(|(_, file)| std::cmp::Reverse(file.len()));
     on_all_cores(&files, |i, name, file| torture(name, file, i as u64));
+    println!(
+        "most memory held: {} tenths of a file",
+        WORST.load(Ordering::Relaxed)
+    );
+}
+
+/// Files made to take as much memory and time as their size allows.
+#[test]
+fn crafted_files_do_no_harm() {
+    use bsp::bsp::Format;
+    use fixture::{Room, assemble, patch, tex, texture_lump};
+
+    let repeat =
+        |head: &str, body: &str, n: usize| format!("{head}{}", body.repeat(n)).into_bytes();
+    let texts = [
+        repeat("", "{}", 200_000),
+        repeat("", "{classname a}", 40_000),
+        repeat("", "{a b}", 80_000),
+        repeat("{", "a b ", 120_000),
+        repeat("", "{", 400_000),
+        repeat("", "\"", 400_000),
+        repeat("", "/*", 200_000),
+        repeat("{classname worldspawn wad \"", "a;", 200_000),
+    ];
+    for (i, text) in texts.iter().enumerate() {
+        let mut room = Room::new();
+        room.entities = text.clone();
+        measured(
+            &format!("entity text {i}"),
+            "",
+            &room.emit(Format::Bsp29),
+            true,
+        );
+    }
+
+    // Many textures in one place: with pixels, without, animated and each of another name.
+    for external in [false, true] {
+        let mut one = tex("+0aaaaaaaaaaaa", 16, 16).unwrap();
+        one.first_offset = if external { 0 } else { 40 };
+        let count = 60_000;
+        let mut lump = texture_lump(&vec![None; count]);
+        let base = lump.len();
+        lump.extend(&texture_lump(&[Some(one)])[8..]);
+        for i in 0..count {
+            patch(&mut lump, 4 + 4 * i, base as i32);
+        }
+        let mut room = Room::new();
+        room.textures = lump;
+        measured("textures in one place", "", &room.emit(Format::Bsp29), true);
+    }
+    let mut lump = texture_lump(&vec![None; 60_000]);
+    let base = lump.len();
+    lump.extend(b"+0aa\x10\0\0\0".repeat(30_000));
+    for i in 0..60_000 {
+        patch(&mut lump, 4 + 4 * i, (base + 8 * (i % 29_000)) as i32);
+    }
+    let mut room = Room::new();
+    room.textures = lump;
+    measured("textures that overlap", "", &room.emit(Format::Bsp2), true);
+
+    // Chains and nets of nodes.
+    for format in [Format::Bsp29, Format::Bsp2] {
+        let mut room = Room::new();
+        room.nodes = (0..60_000).map(|i| (0, [i + 1, i + 1])).collect();
+        room.clipnodes = (0..60_000).map(|i| (0, [i + 1, i])).collect();
+        measured("long trees", "", &room.emit(format), true);
+        room.nodes = (0..4000).map(|i| (i % 6, [i + 1, i + 1])).collect();
+        room.clipnodes = (0..4000).map(|i| (i % 6, [i + 1, i + 1])).collect();
+        measured("trees that are nets", "", &room.emit(format), true);
+    }
+
+    // A BSPX directory of one name, and of names that nobody knows.
+    for name in ["LMSHIFT", "RGBLIGHTING", "X"] {
+        let mut room = Room::new();
+        room.bspx = vec![(name, vec![4; 8]); 20_000];
+        measured("BSPX directory", name, &room.emit(Format::Bsp29), true);
+    }
+
+    // Lumps that share their bytes, as far as that is allowed.
+    let lumps = Room::new().lumps(Format::Bsp29);
+    for pair in [[5, 9], [9, 11], [11, 12], [2, 9], [0, 10]] {
+        let mut file = assemble(Format::Bsp29, &lumps, &[]);
+        let start = file.len() as i32;
+        file.resize(file.len() + 480_000, 1);
+        for lump in pair {
+            patch(&mut file, fixture::lump_header(lump), start);
+            patch(&mut file, fixture::lump_header(lump) + 4, 480_000);
+        }
+        measured(&format!("lumps {pair:?} in one place"), "", &file, true);
+    }
+
+    let files: Vec<(String, Vec<u8>)> = (0..20_000).map(|i| (format!("{i}"), Vec::new())).collect();
+    let files: Vec<(&str, &[u8])> = files.iter().map(|(n, d)| (n.as_str(), &d[..])).collect();
+    measured("PAK directory", "", &fixture::pak(&files), false);
+    let mut wad = b"WAD2".to_vec();
+    wad.extend([20_000_i32, 12].iter().flat_map(|v| v.to_le_bytes()));
+    wad.resize(12 + 32 * 20_000, 0);
+    measured("WAD directory", "", &wad, false);
+    println!(
+        "most memory held: {} tenths of a file",
+        WORST.load(Ordering::Relaxed)
+    );
 }
 
 #[test]

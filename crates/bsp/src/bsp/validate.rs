@@ -39,10 +39,20 @@ pub(super) fn validate(
     Ok(())
 }
 
-/// Whether a plane can give a face its normal: finite, and of a length near 1.
+fn length2(plane: &Plane) -> f32 {
+    plane.normal.iter().map(|c| c * c).sum()
+}
+
+/// Whether a plane can give a face its normal: finite, and a unit vector to within half a percent,
+/// which all that compilers write are.
 pub(super) fn is_usable(plane: &Plane) -> bool {
-    let length2: f32 = plane.normal.iter().map(|c| c * c).sum();
-    (0.9..=1.1).contains(&length2) && plane.distance.is_finite()
+    (0.99..=1.01).contains(&length2(plane)) && plane.distance.is_finite()
+}
+
+/// Whether a plane can split space: finite and not zero.
+fn is_split(plane: &Plane) -> bool {
+    let length2 = length2(plane);
+    length2 > 0.0 && length2.is_finite() && plane.distance.is_finite()
 }
 
 /// Area vector (Newell's method, in f64) of a polygon whose vertices run clockwise seen from the
@@ -218,7 +228,7 @@ pub(super) fn leafs(bsp: &mut Bsp, warnings: &mut Warnings) {
 
 fn trees(bsp: &mut Bsp, warnings: &mut Warnings) {
     let planes = bsp.planes.len();
-    let usable = |plane: u32| bsp.planes.get(plane as usize).is_some_and(is_usable);
+    let usable = |plane: u32| bsp.planes.get(plane as usize).is_some_and(is_split);
     let child = |child: NodeChild| match child {
         NodeChild::Node(n) => Some(n),
         NodeChild::Leaf(_) => None,
