@@ -3,4 +3,5 @@
 #[path = "../../crates/reference/tests/common/mod.rs"]
 pub mod builder;
 pub mod devices;
+pub mod levels;
 pub mod stats;

@@ -1,2 +1,47 @@
-//! placeholder
-fn main() {}
+//! Developer chores: `cargo xtask test`, `cargo xtask sample`, `cargo xtask abi`.
+
+#[path = "../../crates/rt/src/abi.rs"]
+#[allow(dead_code, reason = "only the generated text is used here")]
+mod abi;
+mod sample;
+mod test;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask test [ARGUMENTS]  install or name what the tests need, then run every test
+                              (ARGUMENTS go to cargo test)
+cargo xtask sample            rebuild assets/sample from its source
+cargo xtask abi               rewrite shaders/abi.glsl from crates/rt/src/abi.rs";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let result = match arguments.next().as_deref() {
+        Some("test") => test::run(&arguments.collect::<Vec<_>>()),
+        Some("sample") => sample::run(),
+        Some("abi") => std::fs::write(root().join("shaders/abi.glsl"), abi::glsl())
+            .map_err(|e| Box::<dyn Error>::from(format!("shaders/abi.glsl: {e}"))),
+        Some("help" | "--help" | "-h") | None => {
+            println!("{HELP}");
+            Ok(())
+        }
+        Some(other) => {
+            eprintln!("xtask: there is no chore {other}\n\n{HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The project's root folder.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}

@@ -1,0 +1,179 @@
+//! How fast is a frame? GPU timestamps on one level at the thesis's settings.
+//!
+//! `cargo bench -p runelight-tests --bench frame -- [--data DIR] [--level NAME] [--device TEXT]
+//! [--size WxH]` prints a Markdown report: milliseconds per frame, paths and rays per second, the
+//! ratio to a pipeline that only traces the same rays, and the acceleration structures' times.
+
+use rt::{Gpu, Options, PathTracer, Yardstick};
+use runelight_tests::levels;
+use scene::Scene;
+use scene::render::{Estimator, Renderer, Settings};
+use std::error::Error;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+const DEPTH: u32 = 3;
+const REPEATS: usize = 5;
+
+struct Args {
+    data: PathBuf,
+    level: String,
+    device: String,
+    size: [u32; 2],
+}
+
+fn args() -> Result<Args, Box<dyn Error>> {
+    let mut args = Args {
+        data: levels::data(),
+        level: "lq_e3m6".into(),
+        device: String::new(),
+        size: [1280, 720],
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--bench" => {}
+            "--data" => args.data = value()?.into(),
+            "--level" => args.level = value()?,
+            "--device" => args.device = value()?,
+            "--size" => {
+                let text = value()?;
+                let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
+                args.size = [w.parse()?, h.parse()?];
+            }
+            other => return Err(format!("unknown option {other}").into()),
+        }
+    }
+    Ok(args)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args = args()?;
+    let device = rt::devices()?
+        .into_iter()
+        .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&args.device.to_lowercase()))
+        .min_by_key(|d| d.kind)
+        .ok_or("no such Vulkan device")?;
+    let gpu = Gpu::open(device.index, Options::default())?;
+
+    let start = Instant::now();
+    let scene = levels::load_from(&args.data, &args.level)?;
+    let import_ms = start.elapsed().as_secs_f64() * 1e3;
+    let [width, height] = args.size;
+    println!("Device: {}, {}", device.name, device.driver);
+    println!(
+        "Level: {}, {} triangles, {} instances, {} emitters, {} point lights",
+        scene.name,
+        scene.triangle_count(),
+        scene.instances.len(),
+        scene.emitters.triangles.len(),
+        scene.lights.len()
+    );
+    println!("Image: {width}x{height}, depth {DEPTH}; GPU timestamps, median of {REPEATS}\n");
+    acceleration_structures(&gpu, &scene, args.size, import_ms)?;
+
+    println!("| estimator | spp | ms | frames/s | Mpaths/s | Mrays/s | traced alone, ms | ratio |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for estimator in [Estimator::Naive, Estimator::Mis] {
+        for spp in [2, 16, 64] {
+            row(&gpu, &scene, &settings(&scene, args.size, estimator), spp)?;
+        }
+    }
+    Ok(())
+}
+
+fn settings(scene: &Scene, [width, height]: [u32; 2], estimator: Estimator) -> Settings {
+    Settings {
+        width,
+        height,
+        camera: scene.cameras[0].clone(),
+        estimator,
+        depth: DEPTH,
+        time: 0.0,
+        seed: 0,
+        aovs: false,
+    }
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn acceleration_structures(
+    gpu: &Gpu,
+    scene: &Arc<Scene>,
+    size: [u32; 2],
+    import_ms: f64,
+) -> Result<(), Box<dyn Error>> {
+    let settings = settings(scene, size, Estimator::Naive);
+    let start = Instant::now();
+    let mut tracer = PathTracer::new(gpu, scene, &settings)?;
+    let upload_ms = start.elapsed().as_secs_f64() * 1e3;
+    println!("| stage | ms |\n|---|---|");
+    println!("| load and import (host clock) | {import_ms:.1} |");
+    println!("| upload, acceleration structures, pipeline (host clock) | {upload_ms:.1} |");
+    for t in tracer.upload_timings() {
+        println!("| {} | {:.3} |", t.name, t.milliseconds);
+    }
+    // Every instance but the world moves a little each frame.
+    for refit in [false, true] {
+        let mut times = Vec::new();
+        for step in 0..=REPEATS {
+            let lift = glam::Affine3A::from_translation(glam::Vec3::Z * 0.01 * step as f32);
+            let moved: Vec<_> = scene
+                .instances
+                .iter()
+                .enumerate()
+                .map(|(i, x)| if i == 0 { x.transform } else { lift * x.transform })
+                .collect();
+            let timings = tracer.frame(&moved, refit, 1)?;
+            let wanted = if refit { "refit TLAS" } else { "rebuild TLAS" };
+            times.extend(timings.iter().filter(|t| t.name == wanted).map(|t| t.milliseconds));
+        }
+        let name = if refit { "refit" } else { "rebuild" };
+        println!("| per frame: {name} the TLAS | {:.3} |", median(times));
+    }
+    println!("\nBottom-level structures, compacted: {} bytes\n", tracer.blas_bytes());
+    Ok(())
+}
+
+fn row(
+    gpu: &Gpu,
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    spp: u32,
+) -> Result<(), Box<dyn Error>> {
+    let mut tracer = PathTracer::new(gpu, scene, settings)?;
+    tracer.accumulate(spp)?;
+    let mut times = Vec::new();
+    for _ in 0..REPEATS {
+        tracer.clear()?;
+        tracer.accumulate(spp)?;
+        times.push(tracer.trace_ms());
+    }
+    let counters = tracer.film()?.counters;
+    let ms = median(times);
+    let rate = |n: u64| n as f64 / ms / 1e3;
+    // The log of all rays must fit into memory: the ratio is taken at few samples.
+    let alone = if spp <= 2 {
+        let mut yardstick = Yardstick::new(gpu, scene, settings, spp)?;
+        assert_eq!(yardstick.rays()?, counters.rays, "the log has every ray");
+        yardstick.run()?;
+        let times = (0..REPEATS).map(|_| yardstick.run()).collect::<Result<Vec<_>, _>>()?;
+        let alone = median(times);
+        format!("{alone:.2} | {:.2}", alone / ms)
+    } else {
+        "- | -".into()
+    };
+    println!(
+        "| {} | {spp} | {ms:.2} | {:.1} | {:.1} | {:.0} | {alone} |",
+        settings.estimator.name(),
+        1e3 / ms,
+        rate(counters.paths),
+        rate(counters.rays),
+    );
+    Ok(())
+}
