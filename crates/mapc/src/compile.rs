@@ -14,8 +14,10 @@ use crate::{CompileError, Options};
 
 /// The hulls that players (1) and large monsters (2) are traced with, as every Quake engine has
 /// them: smallest and largest corner around the origin, in Quake units.
-const HULLS: [(Vec3, Vec3); 2] =
-    [([-16.0, -16.0, -24.0], [16.0, 16.0, 32.0]), ([-32.0, -32.0, -24.0], [32.0, 32.0, 64.0])];
+const HULLS: [(Vec3, Vec3); 2] = [
+    ([-16.0, -16.0, -24.0], [16.0, 16.0, 32.0]),
+    ([-32.0, -32.0, -24.0], [32.0, 32.0, 64.0]),
+];
 
 /// One row of texinfo.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,7 +99,10 @@ pub(crate) fn compile(map: &Map, options: &Options) -> Result<Compiled, CompileE
     let mut models = vec![c.world(map, &world, &details, &points)?];
     let mut entities = Vec::new();
     for (i, e) in map.entities.iter().enumerate() {
-        let mut out = Entity { keys: e.keys.clone(), brushes: Vec::new() };
+        let mut out = Entity {
+            keys: e.keys.clone(),
+            brushes: Vec::new(),
+        };
         if i > 0 && e.is_world() {
             continue;
         }
@@ -150,25 +155,32 @@ impl Compiler<'_> {
                 Some(i) if !self.options.allow_leaks => {
                     let (entity, origin) = points[i];
                     let classname = map.entities[entity].classname().to_owned();
-                    return Err(CompileError::Leak { entity, classname, origin });
+                    return Err(CompileError::Leak {
+                        entity,
+                        classname,
+                        origin,
+                    });
                 }
                 Some(i) if round == 1 => {
                     let (entity, _) = points[i];
                     let name = map.entities[entity].classname();
-                    self.warnings
-                        .push(format!("the map leaks: entity {entity} ({name}) reaches outside"));
+                    self.warnings.push(format!(
+                        "the map leaks: entity {entity} ({name}) reaches outside"
+                    ));
                 }
                 Some(_) => {}
                 None if flood.any => portal::fill_unreached(&mut tree, &flood),
                 None => {
                     if round == 1 {
-                        self.warnings.push("no entity inside: the outside is not filled".into());
+                        self.warnings
+                            .push("no entity inside: the outside is not filled".into());
                     }
                 }
             }
             let mut seen = Vec::new();
-            let faces =
-                face::from_portals(&tree, &self.planes, &drawn, &portals, |b, s| seen.push((b, s)));
+            let faces = face::from_portals(&tree, &self.planes, &drawn, &portals, |b, s| {
+                seen.push((b, s))
+            });
             if round == 1 {
                 break (tree, faces);
             }
@@ -180,11 +192,21 @@ impl Compiler<'_> {
         let faces = self.finish_faces(faces);
         prune(&mut tree, &faces);
         let leafs = numbered_leafs(&tree);
-        let vis =
-            if self.options.vis { self.visibility(&drawn, &origins, &tree, &leafs) } else { Vec::new() };
+        let vis = if self.options.vis {
+            self.visibility(&drawn, &origins, &tree, &leafs)
+        } else {
+            Vec::new()
+        };
         let hulls = [0, 1].map(|h| self.clip_hull(&solid, h, Some(&origins)));
         let bounds = tree.bounds;
-        Ok(Model { tree, faces, bounds, hulls, leafs, vis })
+        Ok(Model {
+            tree,
+            faces,
+            bounds,
+            hulls,
+            leafs,
+            vis,
+        })
     }
 
     fn submodel(&mut self, entity: usize, brushes: &[&Brush]) -> Result<Model, CompileError> {
@@ -201,7 +223,14 @@ impl Compiler<'_> {
         let leafs = numbered_leafs(&tree);
         let hulls = [0, 1].map(|h| self.clip_hull(&solid, h, None));
         let bounds = tree.bounds;
-        Ok(Model { tree, faces, bounds, hulls, leafs, vis: Vec::new() })
+        Ok(Model {
+            tree,
+            faces,
+            bounds,
+            hulls,
+            leafs,
+            vis: Vec::new(),
+        })
     }
 
     fn finish_faces(&mut self, faces: Vec<Face>) -> Vec<Face> {
@@ -228,10 +257,17 @@ impl Compiler<'_> {
         for (i, brush) in brushes.iter().enumerate() {
             let compiled = self
                 .compile_brush(brush)
-                .map_err(|problem| CompileError::Brush { entity, brush: i, problem })?;
+                .map_err(|problem| CompileError::Brush {
+                    entity,
+                    brush: i,
+                    problem,
+                })?;
             let name = brush.faces.first().map_or("", |f| f.texture.as_str());
             if matches!(compiled.contents, Contents::Solid | Contents::Sky) {
-                solid.push(CompiledBrush { contents: Contents::Solid, ..compiled.clone() });
+                solid.push(CompiledBrush {
+                    contents: Contents::Solid,
+                    ..compiled.clone()
+                });
             }
             if !is_clip(name) {
                 drawn.push(compiled);
@@ -274,11 +310,25 @@ impl Compiler<'_> {
             s.winding = w;
         }
         sides.retain(|s| s.winding.is_some());
-        let bounds = Bounds::of(sides.iter().flat_map(|s| s.winding.iter()).flat_map(|w| &w.0));
+        let bounds = Bounds::of(
+            sides
+                .iter()
+                .flat_map(|s| s.winding.iter())
+                .flat_map(|w| &w.0),
+        );
         let closed = sides.len() >= 4
-            && bounds.mins.iter().chain(&bounds.maxs).all(|v| v.abs() < 32_000.0);
+            && bounds
+                .mins
+                .iter()
+                .chain(&bounds.maxs)
+                .all(|v| v.abs() < 32_000.0);
         if closed {
-            Ok(CompiledBrush { sides, contents, bounds, detail: false })
+            Ok(CompiledBrush {
+                sides,
+                contents,
+                bounds,
+                detail: false,
+            })
         } else {
             Err("the faces enclose no volume within 32000 units of the origin".to_owned())
         }
@@ -292,10 +342,17 @@ impl Compiler<'_> {
         }
         let special = Contents::of_texture(texture) != Contents::Solid;
         let infos = &mut self.texinfos;
-        *self.texinfo_index.entry((texture.to_ascii_lowercase(), bits)).or_insert_with(|| {
-            infos.push(TexInfo { rows, texture: texture.to_owned(), special });
-            infos.len() - 1
-        })
+        *self
+            .texinfo_index
+            .entry((texture.to_ascii_lowercase(), bits))
+            .or_insert_with(|| {
+                infos.push(TexInfo {
+                    rows,
+                    texture: texture.to_owned(),
+                    special,
+                });
+                infos.len() - 1
+            })
     }
 
     /// One row for each numbered leaf. Sight is worked out in the tree without details, whose
@@ -321,7 +378,9 @@ impl Compiler<'_> {
         }
         let mut doors = Vec::new();
         for p in &portals {
-            let Some(split) = p.on_node.and_then(|n| tree.nodes[n].split) else { continue };
+            let Some(split) = p.on_node.and_then(|n| tree.nodes[n].split) else {
+                continue;
+            };
             let open = |l: usize| l != OUTSIDE && !tree.nodes[l].contents.is_opaque();
             if p.leafs.iter().all(|&l| open(l)) {
                 let plane = self.planes.get(split.plane);
@@ -374,12 +433,22 @@ impl Compiler<'_> {
     /// The sides of a brush moved out so far that the box just touches it, with the bevels that
     /// keep corners and edges from growing too far.
     fn grown_sides(&mut self, brush: &CompiledBrush, mins: Vec3, maxs: Vec3) -> Vec<Side> {
-        let points: Vec<Vec3> =
-            brush.sides.iter().filter_map(|s| s.winding.as_ref()).flat_map(|w| w.0.clone()).collect();
-        let mut planes: Vec<Plane> =
-            brush.sides.iter().map(|s| self.planes.get(s.plane)).collect();
+        let points: Vec<Vec3> = brush
+            .sides
+            .iter()
+            .filter_map(|s| s.winding.as_ref())
+            .flat_map(|w| w.0.clone())
+            .collect();
+        let mut planes: Vec<Plane> = brush
+            .sides
+            .iter()
+            .map(|s| self.planes.get(s.plane))
+            .collect();
         let mut bevel = |normal: Vec3| {
-            let dist = points.iter().map(|p| dot(*p, normal)).fold(f64::NEG_INFINITY, f64::max);
+            let dist = points
+                .iter()
+                .map(|p| dot(*p, normal))
+                .fold(f64::NEG_INFINITY, f64::max);
             let known = planes
                 .iter()
                 .any(|p| (0..3).all(|i| (p.normal[i] - normal[i]).abs() < 1e-6));
@@ -403,9 +472,11 @@ impl Compiler<'_> {
             .into_iter()
             .map(|p| {
                 let n = p.normal;
-                let reach: f64 =
-                    (0..3).map(|i| (-mins[i] * n[i]).max(-maxs[i] * n[i])).sum();
-                let plane = Plane { normal: n, dist: p.dist + reach };
+                let reach: f64 = (0..3).map(|i| (-mins[i] * n[i]).max(-maxs[i] * n[i])).sum();
+                let plane = Plane {
+                    normal: n,
+                    dist: p.dist + reach,
+                };
                 Side {
                     plane: self.planes.find_or_add(plane),
                     texinfo: 0,
@@ -423,14 +494,18 @@ fn edge_bevels(w: &Winding, points: &[Vec3]) -> Vec<Vec3> {
     let mut out = Vec::new();
     let n = w.0.len();
     for i in 0..n {
-        let Some(edge) = normalize(sub(w.0[(i + 1) % n], w.0[i])) else { continue };
+        let Some(edge) = normalize(sub(w.0[(i + 1) % n], w.0[i])) else {
+            continue;
+        };
         if edge.iter().any(|v| v.abs() > 1.0 - 1e-6) {
             continue;
         }
         for axis in 0..3 {
             let mut unit = [0.0; 3];
             unit[axis] = 1.0;
-            let Some(normal) = normalize(cross(edge, unit)) else { continue };
+            let Some(normal) = normalize(cross(edge, unit)) else {
+                continue;
+            };
             for normal in [normal, scale(normal, -1.0)] {
                 let at = dot(w.0[i], normal);
                 if points.iter().all(|p| dot(*p, normal) <= at + 0.01) {
@@ -450,7 +525,9 @@ fn prune(tree: &mut Tree, faces: &[Face]) {
     }
     // Children come after their parent in the list.
     for i in (0..tree.nodes.len()).rev() {
-        let Some(split) = tree.nodes[i].split else { continue };
+        let Some(split) = tree.nodes[i].split else {
+            continue;
+        };
         let [a, b] = split.children.map(|c| &tree.nodes[c]);
         let alike = a.split.is_none() && b.split.is_none() && a.contents == b.contents;
         if alike && a.contents.is_opaque() && !has_faces[i] {

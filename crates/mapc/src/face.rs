@@ -39,7 +39,11 @@ fn surface_of(
     facing: usize,
 ) -> Option<(usize, usize)> {
     let node = &tree.nodes[leaf];
-    let own = node.brushes.iter().copied().filter(|&b| brushes[b].contents == node.contents);
+    let own = node
+        .brushes
+        .iter()
+        .copied()
+        .filter(|&b| brushes[b].contents == node.contents);
     let exact = own
         .clone()
         .filter_map(|b| Some((b, brushes[b].sides.iter().position(|s| s.plane == facing)?)))
@@ -65,8 +69,9 @@ pub(crate) fn from_portals(
 ) -> Vec<Face> {
     let mut faces = Vec::new();
     for portal in portals {
-        let Some((node, split)) =
-            portal.on_node.and_then(|n| tree.nodes[n].split.map(|s| (n, s)))
+        let Some((node, split)) = portal
+            .on_node
+            .and_then(|n| tree.nodes[n].split.map(|s| (n, s)))
         else {
             continue;
         };
@@ -80,8 +85,7 @@ pub(crate) fn from_portals(
         let stronger = usize::from(contents[1] > contents[0]);
         // The surface belongs to the stronger leaf and faces the other one.
         let facing = split.plane + 1 - stronger;
-        let Some((brush, side)) =
-            surface_of(tree, planes, brushes, portal.leafs[stronger], facing)
+        let Some((brush, side)) = surface_of(tree, planes, brushes, portal.leafs[stronger], facing)
         else {
             continue;
         };
@@ -94,8 +98,11 @@ pub(crate) fn from_portals(
             if contents[viewer].is_opaque() {
                 continue;
             }
-            let winding =
-                if viewer == 0 { portal.winding.clone() } else { portal.winding.reversed() };
+            let winding = if viewer == 0 {
+                portal.winding.clone()
+            } else {
+                portal.winding.reversed()
+            };
             faces.push(Face {
                 node,
                 plane: split.plane + viewer,
@@ -114,7 +121,10 @@ pub(crate) fn from_portals(
 pub(crate) fn merge(faces: Vec<Face>, planes: &PlaneSet) -> Vec<Face> {
     let mut groups: BTreeMap<(usize, usize, usize, Contents), Vec<Face>> = BTreeMap::new();
     for f in faces {
-        groups.entry((f.node, f.plane, f.texinfo, f.viewer)).or_default().push(f);
+        groups
+            .entry((f.node, f.plane, f.texinfo, f.viewer))
+            .or_default()
+            .push(f);
     }
     let mut out = Vec::new();
     for ((_, plane, _, _), group) in groups {
@@ -156,7 +166,11 @@ fn join(a: &Winding, b: &Winding, normal: Vec3) -> Option<Winding> {
         let len = points.len();
         // Only the ends of the common edge can break convexity; they are at 0 and n - 1.
         let turn = |k: usize| {
-            let (x, y, z) = (points[(k + len - 1) % len], points[k], points[(k + 1) % len]);
+            let (x, y, z) = (
+                points[(k + len - 1) % len],
+                points[k],
+                points[(k + 1) % len],
+            );
             let (Some(u), Some(v)) = (normalize(sub(y, x)), normalize(sub(z, y))) else {
                 return 0.0;
             };
@@ -192,15 +206,23 @@ pub(crate) fn subdivide(
                 let dir = [r[0], r[1], r[2]];
                 let l = length(dir);
                 let values = face.winding.0.iter().map(|p| dot(*p, dir));
-                let (lo, hi) = values
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+                let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+                    (a.min(v), b.max(v))
+                });
                 if hi - lo <= size + 1e-6 {
                     return None;
                 }
                 // At a lightmap step, as far out as allowed.
                 let at = ((lo + r[3] + size) / 16.0).floor() * 16.0 - r[3];
-                let at = if at > lo + 8.0 && at < hi - 1e-3 { at } else { 0.5 * (lo + hi) };
-                let plane = Plane { normal: scale(dir, 1.0 / l), dist: at / l };
+                let at = if at > lo + 8.0 && at < hi - 1e-3 {
+                    at
+                } else {
+                    0.5 * (lo + hi)
+                };
+                let plane = Plane {
+                    normal: scale(dir, 1.0 / l),
+                    dist: at / l,
+                };
                 match face.winding.split(&plane, 1e-6) {
                     (Some(f), Some(b)) => Some((f, b)),
                     _ => None,
@@ -212,7 +234,10 @@ pub(crate) fn subdivide(
             Some((f, b)) => {
                 for winding in [f, b] {
                     let bounds = Bounds::of(&winding.0);
-                    let mut part = Face { winding, ..face.clone() };
+                    let mut part = Face {
+                        winding,
+                        ..face.clone()
+                    };
                     part.leafs.retain(|(_, piece)| piece.touches(&bounds, 0.0));
                     todo.push(part);
                 }
@@ -231,7 +256,13 @@ pub(crate) struct Vertices {
 
 impl Vertices {
     fn find_or_add(&mut self, p: Vec3) -> u32 {
-        let snap = |v: f64| if (v - v.round()).abs() < 1e-3 { v.round() + 0.0 } else { v };
+        let snap = |v: f64| {
+            if (v - v.round()).abs() < 1e-3 {
+                v.round() + 0.0
+            } else {
+                v
+            }
+        };
         let p = p.map(snap);
         let cell = |d: [f64; 3]| {
             let q: [i64; 3] = std::array::from_fn(|i| (p[i] + d[i]).floor() as i64);
@@ -255,14 +286,22 @@ impl Vertices {
 /// lies on an edge made part of it, so that no T-junction is left. Faces that weld away vanish.
 pub(crate) fn close(faces: &mut Vec<Face>, vertices: &mut Vertices) {
     for f in faces.iter_mut() {
-        f.vertices = f.winding.0.iter().map(|p| vertices.find_or_add(*p)).collect();
+        f.vertices = f
+            .winding
+            .0
+            .iter()
+            .map(|p| vertices.find_or_add(*p))
+            .collect();
         f.vertices.dedup();
         while f.vertices.len() > 1 && f.vertices.first() == f.vertices.last() {
             f.vertices.pop();
         }
     }
     faces.retain(|f| f.vertices.len() >= 3);
-    let mut sorted: Vec<u32> = faces.iter().flat_map(|f| f.vertices.iter().copied()).collect();
+    let mut sorted: Vec<u32> = faces
+        .iter()
+        .flat_map(|f| f.vertices.iter().copied())
+        .collect();
     sorted.sort_unstable();
     sorted.dedup();
     let points = &vertices.points;
@@ -275,8 +314,9 @@ pub(crate) fn close(faces: &mut Vec<Face>, vertices: &mut Vertices) {
             let (a, b) = (f.vertices[i], f.vertices[(i + 1) % n]);
             full.push(a);
             let (lo, hi) = (a.min(b), a.max(b));
-            let between =
-                known.entry((lo, hi)).or_insert_with(|| on_edge(lo, hi, &sorted, points));
+            let between = known
+                .entry((lo, hi))
+                .or_insert_with(|| on_edge(lo, hi, &sorted, points));
             if a == lo {
                 full.extend(between.iter());
             } else {

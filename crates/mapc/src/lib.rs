@@ -12,7 +12,8 @@
 //! 4. Faces are the portals between leafs of different contents, seen from the open side. Liquid
 //!    surfaces are seen from both. They are merged, split for classic engines' lightmaps, welded,
 //!    and T-junctions are closed by shared vertices.
-//! 5. Visibility by portal flow through air and liquids; clip hulls 1 and 2 from brushes grown by
+//! 5. Visibility by portal flow through air and liquids (brushes of `func_detail` entities are
+//!    part of the world but hide nothing: put decoration there); clip hulls 1 and 2 from brushes grown by
 //!    the hull's box.
 //!
 //! There is no lightmap: the lighting lump is empty, and engines show the level fully lit.
@@ -108,7 +109,11 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { allow_leaks: false, subdivide: Some(240.0), vis: true }
+        Self {
+            allow_leaks: false,
+            subdivide: Some(240.0),
+            vis: true,
+        }
     }
 }
 
@@ -130,13 +135,21 @@ pub fn compile(map: &Map, options: &Options) -> Result<Output, CompileError> {
     let mut warnings = compiled.warnings.clone();
     let mut missing: Vec<&str> = Vec::new();
     for t in &compiled.texinfos {
-        let known = map.textures.iter().any(|x| x.name.eq_ignore_ascii_case(&t.texture));
+        let known = map
+            .textures
+            .iter()
+            .any(|x| x.name.eq_ignore_ascii_case(&t.texture));
         if !known && !missing.contains(&t.texture.as_str()) {
             missing.push(&t.texture);
         }
     }
     for name in missing {
-        warnings.push(format!("texture {name:?} has no pixels: written as missing"));
+        warnings.push(format!(
+            "texture {name:?} has no pixels: written as missing"
+        ));
     }
-    Ok(Output { bytes: write::write(&compiled, &map.textures)?, warnings })
+    Ok(Output {
+        bytes: write::write(&compiled, &map.textures)?,
+        warnings,
+    })
 }

@@ -29,7 +29,11 @@ pub enum Projection {
 
 impl Default for Projection {
     fn default() -> Self {
-        Self::Standard { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
+        Self::Standard {
+            offset: [0.0; 2],
+            rotation: 0.0,
+            scale: [1.0; 2],
+        }
     }
 }
 
@@ -53,10 +57,19 @@ impl Projection {
             [a[0] * k, a[1] * k, a[2] * k, o]
         };
         match *self {
-            Self::Valve { axes, offset, scale } => {
-                [row(axes[0], scale[0], offset[0]), row(axes[1], scale[1], offset[1])]
-            }
-            Self::Standard { offset, rotation, scale } => {
+            Self::Valve {
+                axes,
+                offset,
+                scale,
+            } => [
+                row(axes[0], scale[0], offset[0]),
+                row(axes[1], scale[1], offset[1]),
+            ],
+            Self::Standard {
+                offset,
+                rotation,
+                scale,
+            } => {
                 let mut best = 0;
                 let mut best_dot = 0.0;
                 for (i, axes) in BASE_AXES.iter().enumerate() {
@@ -78,7 +91,10 @@ impl Projection {
                     r[ti] = sin * v[si] + cos * v[ti];
                     r
                 };
-                [row(turn(s), scale[0], offset[0]), row(turn(t), scale[1], offset[1])]
+                [
+                    row(turn(s), scale[0], offset[0]),
+                    row(turn(t), scale[1], offset[1]),
+                ]
             }
         }
     }
@@ -128,17 +144,35 @@ impl Brush {
     /// A box with one texture for each face, in the order -X, +X, -Y, +Y, -Z, +Z.
     #[must_use]
     pub fn cuboid(mins: Vec3, maxs: Vec3, textures: [&str; 6]) -> Self {
-        let faces = BOX_NORMALS.iter().zip(textures).enumerate().map(|(i, (normal, texture))| {
-            let dist = if i % 2 == 0 { -mins[i / 2] } else { maxs[i / 2] };
-            face_on(&Plane { normal: *normal, dist }, texture)
-        });
-        Self { faces: faces.collect() }
+        let faces = BOX_NORMALS
+            .iter()
+            .zip(textures)
+            .enumerate()
+            .map(|(i, (normal, texture))| {
+                let dist = if i % 2 == 0 {
+                    -mins[i / 2]
+                } else {
+                    maxs[i / 2]
+                };
+                face_on(
+                    &Plane {
+                        normal: *normal,
+                        dist,
+                    },
+                    texture,
+                )
+            });
+        Self {
+            faces: faces.collect(),
+        }
     }
 
     /// The volume behind all of the planes (normals of length 1, pointing outward).
     #[must_use]
     pub fn from_planes(planes: &[(Plane, &str)]) -> Self {
-        Self { faces: planes.iter().map(|(p, t)| face_on(p, t)).collect() }
+        Self {
+            faces: planes.iter().map(|(p, t)| face_on(p, t)).collect(),
+        }
     }
 
     /// Is the point inside (not on the surface of) the brush?
@@ -177,13 +211,20 @@ impl Entity {
     /// An entity of a class.
     #[must_use]
     pub fn new(classname: &str) -> Self {
-        Self { keys: vec![("classname".to_owned(), classname.to_owned())], brushes: Vec::new() }
+        Self {
+            keys: vec![("classname".to_owned(), classname.to_owned())],
+            brushes: Vec::new(),
+        }
     }
 
     /// The value of a key (the last one, if the key is repeated).
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&str> {
-        self.keys.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+        self.keys
+            .iter()
+            .rev()
+            .find(|(k, _)| k == key)
+            .map(|(_, v)| v.as_str())
     }
 
     /// Sets a key.
@@ -198,7 +239,10 @@ impl Entity {
     /// Three numbers of a key, missing ones 0; `None` without the key.
     #[must_use]
     pub fn vector(&self, key: &str) -> Option<Vec3> {
-        let mut numbers = self.get(key)?.split_whitespace().map(|n| n.parse().unwrap_or(0.0));
+        let mut numbers = self
+            .get(key)?
+            .split_whitespace()
+            .map(|n| n.parse().unwrap_or(0.0));
         Some(std::array::from_fn(|_| numbers.next().unwrap_or(0.0)))
     }
 
@@ -208,7 +252,10 @@ impl Entity {
 
     /// Do the brushes of this entity belong to the world's model?
     pub(crate) fn is_world(&self) -> bool {
-        matches!(self.classname(), "worldspawn" | "func_group" | "func_detail")
+        matches!(
+            self.classname(),
+            "worldspawn" | "func_group" | "func_detail"
+        )
     }
 }
 
@@ -240,12 +287,16 @@ impl Map {
     /// An empty world.
     #[must_use]
     pub fn new() -> Self {
-        Self { entities: vec![Entity::new("worldspawn")], textures: Vec::new() }
+        Self {
+            entities: vec![Entity::new("worldspawn")],
+            textures: Vec::new(),
+        }
     }
 
     /// Adds a texture; a later one of the same name replaces the earlier.
     pub fn texture(&mut self, texture: Texture) -> &mut Self {
-        self.textures.retain(|t| !t.name.eq_ignore_ascii_case(&texture.name));
+        self.textures
+            .retain(|t| !t.name.eq_ignore_ascii_case(&texture.name));
         self.textures.push(texture);
         self
     }
@@ -290,10 +341,6 @@ impl Map {
             let (axis, high) = (i / 2, i % 2 == 1);
             let (mut lo, mut hi) = (mins, maxs);
             // Walls of later axes lie between those of earlier ones: no two overlap.
-            for k in 0..axis {
-                lo[k] = mins[k];
-                hi[k] = maxs[k];
-            }
             for k in axis + 1..3 {
                 lo[k] = mins[k] - thickness;
                 hi[k] = maxs[k] + thickness;

@@ -10,7 +10,11 @@ pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
 }
 
 pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
@@ -46,7 +50,10 @@ pub struct Bounds {
 
 impl Bounds {
     /// The empty box: every point added to it widens it.
-    pub(crate) const EMPTY: Self = Self { mins: [f64::INFINITY; 3], maxs: [f64::NEG_INFINITY; 3] };
+    pub(crate) const EMPTY: Self = Self {
+        mins: [f64::INFINITY; 3],
+        maxs: [f64::NEG_INFINITY; 3],
+    };
 
     pub(crate) fn add(&mut self, p: Vec3) {
         for ((lo, hi), v) in self.mins.iter_mut().zip(&mut self.maxs).zip(p) {
@@ -94,7 +101,10 @@ impl Plane {
     /// `.map` files); `None` when they are (nearly) collinear.
     pub(crate) fn from_points(p: &[Vec3; 3]) -> Option<Self> {
         let normal = normalize(cross(sub(p[0], p[1]), sub(p[2], p[1])))?;
-        Some(Self { normal, dist: dot(normal, p[1]) })
+        Some(Self {
+            normal,
+            dist: dot(normal, p[1]),
+        })
     }
 
     pub(crate) fn distance(&self, p: Vec3) -> f64 {
@@ -102,7 +112,10 @@ impl Plane {
     }
 
     pub(crate) fn flipped(&self) -> Self {
-        Self { normal: scale(self.normal, -1.0), dist: -self.dist }
+        Self {
+            normal: scale(self.normal, -1.0),
+            dist: -self.dist,
+        }
     }
 
     /// The axis (0, 1, 2) of a plane whose normal is exactly along it, if any.
@@ -153,7 +166,11 @@ impl PlaneSet {
         let major = (0..3).fold(0, |m, i| if n[i].abs() > n[m].abs() + 1e-9 { i } else { m });
         let positive = n[major] > 0.0;
         let first = self.planes.len();
-        let (a, b) = if positive { (plane, plane.flipped()) } else { (plane.flipped(), plane) };
+        let (a, b) = if positive {
+            (plane, plane.flipped())
+        } else {
+            (plane.flipped(), plane)
+        };
         self.planes.push(a.snapped());
         self.planes.push(b.snapped());
         first + usize::from(!positive)

@@ -18,7 +18,10 @@ enum Token<'a> {
 
 impl<'a> Lexer<'a> {
     fn error(&self, problem: impl Into<String>) -> CompileError {
-        CompileError::Parse { line: self.line, problem: problem.into() }
+        CompileError::Parse {
+            line: self.line,
+            problem: problem.into(),
+        }
     }
 
     fn next(&mut self) -> Result<Option<Token<'a>>, CompileError> {
@@ -42,7 +45,9 @@ impl<'a> Lexer<'a> {
         let start = self.at;
         if bytes[start] == b'"' {
             let rest = &self.text[start + 1..];
-            let end = rest.find('"').ok_or_else(|| self.error("a quote is not closed"))?;
+            let end = rest
+                .find('"')
+                .ok_or_else(|| self.error("a quote is not closed"))?;
             self.at = start + 1 + end + 1;
             self.line += rest[..end].matches('\n').count();
             return Ok(Some(Token::Quoted(&rest[..end])));
@@ -54,7 +59,8 @@ impl<'a> Lexer<'a> {
     }
 
     fn expect_next(&mut self) -> Result<Token<'a>, CompileError> {
-        self.next()?.ok_or_else(|| self.error("the file ends in the middle of an entity"))
+        self.next()?
+            .ok_or_else(|| self.error("the file ends in the middle of an entity"))
     }
 
     fn expect(&mut self, word: &str) -> Result<(), CompileError> {
@@ -67,7 +73,10 @@ impl<'a> Lexer<'a> {
     fn number(&mut self) -> Result<f64, CompileError> {
         let token = self.expect_next()?;
         match token {
-            Token::Word(w) => w.parse().ok().filter(|n: &f64| n.is_finite() && n.abs() < 1e6),
+            Token::Word(w) => w
+                .parse()
+                .ok()
+                .filter(|n: &f64| n.is_finite() && n.abs() < 1e6),
             Token::Quoted(_) => None,
         }
         .ok_or_else(|| self.error(format!("found {token:?} where a number up to 1e6 belongs")))
@@ -93,7 +102,11 @@ impl<'a> Lexer<'a> {
 /// # Errors
 /// [`CompileError::Parse`] with the line at fault.
 pub fn parse_map(text: &str) -> Result<Map, CompileError> {
-    let mut lex = Lexer { text, at: 0, line: 1 };
+    let mut lex = Lexer {
+        text,
+        at: 0,
+        line: 1,
+    };
     let mut entities = Vec::new();
     while let Some(token) = lex.next()? {
         if token != Token::Word("{") {
@@ -104,7 +117,10 @@ pub fn parse_map(text: &str) -> Result<Map, CompileError> {
     if entities.is_empty() {
         return Err(lex.error("there is no entity"));
     }
-    Ok(Map { entities, textures: Vec::new() })
+    Ok(Map {
+        entities,
+        textures: Vec::new(),
+    })
 }
 
 fn parse_entity(lex: &mut Lexer<'_>) -> Result<Entity, CompileError> {
@@ -159,7 +175,15 @@ fn parse_face(lex: &mut Lexer<'_>) -> Result<BrushFace, CompileError> {
     } else {
         (lex.at, lex.line) = mark;
         let [s_offset, t_offset, rotation, s, t] = lex.numbers()?;
-        Projection::Standard { offset: [s_offset, t_offset], rotation, scale: [s, t] }
+        Projection::Standard {
+            offset: [s_offset, t_offset],
+            rotation,
+            scale: [s, t],
+        }
     };
-    Ok(BrushFace { points: [a, b, c], texture, projection })
+    Ok(BrushFace {
+        points: [a, b, c],
+        texture,
+        projection,
+    })
 }

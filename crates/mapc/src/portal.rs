@@ -36,8 +36,10 @@ pub(crate) fn build(tree: &mut Tree, planes: &PlaneSet) -> Vec<Portal> {
         let bounds = Bounds::of(own.iter().flat_map(|&p| &portals[p].winding.0));
         tree.nodes[node].bounds = bounds;
         let Some(split) = tree.nodes[node].split else {
-            let corners: Vec<Vec3> =
-                own.iter().flat_map(|&p| portals[p].winding.0.iter().copied()).collect();
+            let corners: Vec<Vec3> = own
+                .iter()
+                .flat_map(|&p| portals[p].winding.0.iter().copied())
+                .collect();
             let sum = corners.iter().fold([0.0; 3], |s, p| add(s, *p));
             tree.nodes[node].middle = scale(sum, 1.0 / corners.len().max(1) as f64);
             tree.nodes[node].portals = own;
@@ -55,7 +57,11 @@ pub(crate) fn build(tree: &mut Tree, planes: &PlaneSet) -> Vec<Portal> {
         }
         if let Some(winding) = cut {
             let index = portals.len();
-            portals.push(Portal { on_node: Some(node), winding, leafs: split.children });
+            portals.push(Portal {
+                on_node: Some(node),
+                winding,
+                leafs: split.children,
+            });
             for c in split.children {
                 tree.nodes[c].portals.push(index);
             }
@@ -71,13 +77,19 @@ fn wall_plane(portal: &Portal, cell: usize, tree: &Tree, planes: &PlaneSet) -> P
         Some(split) => planes.get(split.plane),
         None => winding_plane(&portal.winding),
     };
-    if portal.leafs[0] == cell { plane.flipped() } else { plane }
+    if portal.leafs[0] == cell {
+        plane.flipped()
+    } else {
+        plane
+    }
 }
 
 /// The plane of a winding that is a clean square.
 fn winding_plane(w: &Winding) -> Plane {
-    Plane::from_points(&[w.0[0], w.0[1], w.0[2]])
-        .unwrap_or(Plane { normal: [0.0, 0.0, 1.0], dist: 0.0 })
+    Plane::from_points(&[w.0[0], w.0[1], w.0[2]]).unwrap_or(Plane {
+        normal: [0.0, 0.0, 1.0],
+        dist: 0.0,
+    })
 }
 
 /// Hands a portal of a node on to the child or children it touches.
@@ -95,7 +107,10 @@ fn distribute(
         (None, None) => (Some(portals[p].winding.clone()), None),
         parts => parts,
     };
-    let mut parts = [front, back].into_iter().zip(children).filter_map(|(w, c)| Some((w?, c)));
+    let mut parts = [front, back]
+        .into_iter()
+        .zip(children)
+        .filter_map(|(w, c)| Some((w?, c)));
     if let Some((winding, child)) = parts.next() {
         portals[p].winding = winding;
         portals[p].leafs[slot] = child;
@@ -122,7 +137,10 @@ fn outer_box(tree: &Tree) -> Vec<Portal> {
         for (sign, edge) in [(-1.0, b.mins[axis] - MARGIN), (1.0, b.maxs[axis] + MARGIN)] {
             let mut normal = [0.0; 3];
             normal[axis] = sign;
-            walls.push(Plane { normal, dist: sign * edge });
+            walls.push(Plane {
+                normal,
+                dist: sign * edge,
+            });
         }
     }
     let clip = |wall: &Plane| {
@@ -133,7 +151,11 @@ fn outer_box(tree: &Tree) -> Vec<Portal> {
             }
         }
         // The planes face outward: the map is behind them.
-        w.map(|winding| Portal { on_node: None, winding, leafs: [OUTSIDE, 0] })
+        w.map(|winding| Portal {
+            on_node: None,
+            winding,
+            leafs: [OUTSIDE, 0],
+        })
     };
     walls.iter().filter_map(clip).collect()
 }
@@ -149,7 +171,11 @@ pub(crate) struct Flood {
 
 /// Floods the leafs from points (Quake units).
 pub(crate) fn flood(tree: &Tree, planes: &PlaneSet, portals: &[Portal], from: &[Vec3]) -> Flood {
-    let mut out = Flood { reached: vec![false; tree.nodes.len()], leak: None, any: false };
+    let mut out = Flood {
+        reached: vec![false; tree.nodes.len()],
+        leak: None,
+        any: false,
+    };
     for (i, point) in from.iter().enumerate() {
         let outer = &tree.bounds;
         let inside = (0..3).all(|k| point[k] > outer.mins[k] && point[k] < outer.maxs[k]);

@@ -37,7 +37,12 @@ impl Texture {
                 pixels.push(f(x, y));
             }
         }
-        Self { name: name.to_owned(), width, height, pixels }
+        Self {
+            name: name.to_owned(),
+            width,
+            height,
+            pixels,
+        }
     }
 
     pub(crate) fn check(&self) -> Result<(), CompileError> {

@@ -121,7 +121,11 @@ struct FragmentSide {
 impl Fragment {
     fn new(brush: usize, sides: Vec<FragmentSide>) -> Self {
         let bounds = Bounds::of(sides.iter().flat_map(|s| &s.winding.0));
-        Self { brush, bounds, sides }
+        Self {
+            brush,
+            bounds,
+            sides,
+        }
     }
 
     /// Largest and smallest signed distance from the plane.
@@ -134,10 +138,12 @@ impl Fragment {
                 (-lo - plane.dist, -hi - plane.dist)
             };
         }
-        self.sides.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(hi, lo), s| {
-            let (h, l) = s.winding.extent(plane);
-            (hi.max(h), lo.min(l))
-        })
+        self.sides
+            .iter()
+            .fold((f64::NEG_INFINITY, f64::INFINITY), |(hi, lo), s| {
+                let (h, l) = s.winding.extent(plane);
+                (hi.max(h), lo.min(l))
+            })
     }
 
     fn has_plane(&self, pair: usize) -> bool {
@@ -161,17 +167,29 @@ impl Fragment {
         }
         let Some(cut) = cut.filter(|w| w.area() > 1e-6) else {
             // Barely touched: it belongs to the side where most of it is.
-            return if hi > -lo { (Some(self), None) } else { (None, Some(self)) };
+            return if hi > -lo {
+                (Some(self), None)
+            } else {
+                (None, Some(self))
+            };
         };
         let (mut front, mut back) = (Vec::new(), Vec::new());
         for s in self.sides {
             let (f, b) = s.winding.split(&plane, 1e-6);
-            let with = |w| FragmentSide { winding: w, ..s.clone() };
+            let with = |w| FragmentSide {
+                winding: w,
+                ..s.clone()
+            };
             front.extend(f.map(with));
             back.extend(b.map(with));
         }
         // The front part ends at the plane, facing back, and the other way round.
-        let side = |plane, winding| FragmentSide { plane, winding, visible: false, on_node: true };
+        let side = |plane, winding| FragmentSide {
+            plane,
+            winding,
+            visible: false,
+            on_node: true,
+        };
         back.push(side(plane_index, cut.clone()));
         front.push(side(plane_index ^ 1, cut.reversed()));
         let wrap = |v: Vec<FragmentSide>| (v.len() >= 4).then(|| Self::new(self.brush, v));
@@ -212,7 +230,12 @@ pub(crate) fn build(planes: &PlaneSet, brushes: &[CompiledBrush], keep_textures:
         bounds.merge(&brush.bounds);
         fragments.push(Fragment::new(i, sides));
     }
-    let mut builder = Builder { planes, brushes, keep_textures, nodes: Vec::new() };
+    let mut builder = Builder {
+        planes,
+        brushes,
+        keep_textures,
+        nodes: Vec::new(),
+    };
     builder.nodes.push(Node::leaf(Contents::Empty));
     // A list of cells still to do instead of recursion: deep maps cannot overflow the stack.
     let mut cells = vec![(0, fragments)];
@@ -226,7 +249,10 @@ pub(crate) fn build(planes: &PlaneSet, brushes: &[CompiledBrush], keep_textures:
             cells.push((split.children[0], front));
         }
     }
-    Tree { nodes: builder.nodes, bounds }
+    Tree {
+        nodes: builder.nodes,
+        bounds,
+    }
 }
 
 struct Builder<'a> {
@@ -282,7 +308,8 @@ impl Builder<'_> {
     fn choose_plane(&self, fragments: &[Fragment]) -> Option<usize> {
         let (details, others): (Vec<&Fragment>, Vec<&Fragment>) =
             fragments.iter().partition(|f| self.brushes[f.brush].detail);
-        self.choose_among(&others).or_else(|| self.choose_among(&details))
+        self.choose_among(&others)
+            .or_else(|| self.choose_among(&details))
     }
 
     fn choose_among(&self, fragments: &[&Fragment]) -> Option<usize> {
@@ -295,7 +322,9 @@ impl Builder<'_> {
                 .collect();
             candidates.sort_unstable();
             candidates.dedup();
-            let best = candidates.into_iter().map(|p| (self.score(fragments, p), p));
+            let best = candidates
+                .into_iter()
+                .map(|p| (self.score(fragments, p), p));
             // The first of equals: the order of planes is that of the map.
             if let Some((_, plane)) = best.max_by_key(|(v, p)| (*v, std::cmp::Reverse(*p))) {
                 return Some(plane);

@@ -102,7 +102,11 @@ pub(crate) fn leaf_rows(leafs: usize, portals: &[(Winding, Plane, [usize; 2])]) 
             might: doors[base].might.clone(),
         };
         let complete = flow.through(doors[base].to, &start, 0);
-        let sees = if complete { flow.sees } else { doors[base].might.clone() };
+        let sees = if complete {
+            flow.sees
+        } else {
+            doors[base].might.clone()
+        };
         doors[base].sees = sees;
         doors[base].done = true;
     }
@@ -119,9 +123,9 @@ pub(crate) fn leaf_rows(leafs: usize, portals: &[(Winding, Plane, [usize; 2])]) 
             }
         }
         // Light goes both ways: what either side sees, both see.
-        for other in 0..leafs {
+        for (other, theirs) in rows.iter_mut().enumerate() {
             if row.get(other) {
-                rows[other].set(leaf);
+                theirs.set(leaf);
             }
         }
         rows[leaf].or(&row);
@@ -193,7 +197,9 @@ impl Flow<'_> {
             if !prev.might.get(d) {
                 continue;
             }
-            let might = prev.might.and(if door.done { &door.sees } else { &door.might });
+            let might = prev
+                .might
+                .and(if door.done { &door.sees } else { &door.might });
             if self.sees.get(d) && might.is_within(&self.sees) {
                 continue;
             }
@@ -201,7 +207,9 @@ impl Flow<'_> {
             if self.steps > MAX_STEPS {
                 return false;
             }
-            let Some(frame) = self.pass(prev, door, might) else { continue };
+            let Some(frame) = self.pass(prev, door, might) else {
+                continue;
+            };
             self.sees.set(d);
             if !self.through(door.to, &frame, depth + 1) {
                 return false;
@@ -215,7 +223,12 @@ impl Flow<'_> {
         let target = front(&door.winding, &prev.plane)?;
         let Some(pass) = &prev.pass else {
             let source = prev.source.clone();
-            return Some(Frame { source, pass: Some(target), plane: door.plane, might });
+            return Some(Frame {
+                source,
+                pass: Some(target),
+                plane: door.plane,
+                might,
+            });
         };
         let target = front(&target, &self.doors[self.base].plane)?;
         let source = front(&prev.source, &door.plane.flipped())?;
@@ -223,7 +236,12 @@ impl Flow<'_> {
         let target = separate(pass, &source, target, true)?;
         let source = separate(&target, pass, source, false)?;
         let source = separate(pass, &target, source, true)?;
-        Some(Frame { source, pass: Some(target), plane: door.plane, might })
+        Some(Frame {
+            source,
+            pass: Some(target),
+            plane: door.plane,
+            might,
+        })
     }
 }
 
@@ -244,7 +262,9 @@ fn separate(source: &Winding, pass: &Winding, target: Winding, flip: bool) -> Op
     for i in 0..n {
         let (a, b) = (source.0[i], source.0[(i + 1) % n]);
         for &c in &pass.0 {
-            let Some(plane) = separating_plane(source, pass, [a, b, c]) else { continue };
+            let Some(plane) = separating_plane(source, pass, [a, b, c]) else {
+                continue;
+            };
             target = front(&target, &if flip { plane.flipped() } else { plane })?;
         }
     }
@@ -260,8 +280,15 @@ fn separating_plane(source: &Winding, pass: &Winding, [a, b, c]: [Vec3; 3]) -> O
         return None;
     }
     let normal = scale(normal, 1.0 / l);
-    let mut plane = Plane { normal, dist: dot(normal, c) };
-    let far = source.0.iter().map(|p| plane.distance(*p)).find(|d| d.abs() > EPS)?;
+    let mut plane = Plane {
+        normal,
+        dist: dot(normal, c),
+    };
+    let far = source
+        .0
+        .iter()
+        .map(|p| plane.distance(*p))
+        .find(|d| d.abs() > EPS)?;
     if far > 0.0 {
         plane = plane.flipped();
     }

@@ -17,7 +17,11 @@ impl Winding {
     pub(crate) fn on_plane(plane: &Plane) -> Self {
         let n = plane.normal;
         let major = (0..3).fold(0, |m, i| if n[i].abs() > n[m].abs() { i } else { m });
-        let mut up = if major == 2 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let mut up = if major == 2 {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0, 0.0, 1.0]
+        };
         up = sub(up, scale(n, dot(up, n)));
         let l = dot(up, up).sqrt();
         up = scale(up, HUGE / l);
@@ -37,10 +41,12 @@ impl Winding {
 
     /// Largest and smallest signed distance of the vertices from the plane.
     pub(crate) fn extent(&self, plane: &Plane) -> (f64, f64) {
-        self.0.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(hi, lo), p| {
-            let d = plane.distance(*p);
-            (hi.max(d), lo.min(d))
-        })
+        self.0
+            .iter()
+            .fold((f64::NEG_INFINITY, f64::INFINITY), |(hi, lo), p| {
+                let d = plane.distance(*p);
+                (hi.max(d), lo.min(d))
+            })
     }
 
     /// Splits by a plane into the parts in front of and behind it. A polygon that lies on the

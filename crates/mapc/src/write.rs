@@ -92,7 +92,9 @@ pub(crate) fn write(map: &Compiled, textures: &[Texture]) -> Result<Vec<u8>, Com
         for v in t.rows.iter().flatten() {
             w.lumps.texinfo.extend_from_slice(&v.to_le_bytes());
         }
-        w.lumps.texinfo.i32(texture_of[&t.texture.to_ascii_lowercase()]);
+        w.lumps
+            .texinfo
+            .i32(texture_of[&t.texture.to_ascii_lowercase()]);
         w.lumps.texinfo.i32(i32::from(t.special));
     }
     // Leaf 0 is all that is solid; edge 0 is never used, since its sign would be lost.
@@ -149,7 +151,9 @@ impl Writer<'_> {
             match given.iter().find(|t| t.name.eq_ignore_ascii_case(&name)) {
                 Some(t) => {
                     t.check()?;
-                    self.lumps.textures.i32(limit("bytes of textures", start + body.len())?);
+                    self.lumps
+                        .textures
+                        .i32(limit("bytes of textures", start + body.len())?);
                     body.extend(t.to_miptex());
                     while body.len() % 4 != 0 {
                         body.push(0);
@@ -203,7 +207,10 @@ impl Writer<'_> {
     fn model(&mut self, model: &Model, world: bool) -> Result<(), CompileError> {
         let first_face = self.face_count;
         let head = self.nodes(model)?;
-        let clip = [self.clipnodes(&model.hulls[0])?, self.clipnodes(&model.hulls[1])?];
+        let clip = [
+            self.clipnodes(&model.hulls[0])?,
+            self.clipnodes(&model.hulls[1])?,
+        ];
         let out = &mut self.lumps.models;
         for v in model.bounds.mins.iter().chain(&model.bounds.maxs) {
             out.f32(*v);
@@ -212,7 +219,11 @@ impl Writer<'_> {
         for h in [head, clip[0], clip[1], 0] {
             out.i32(h);
         }
-        out.i32(if world { limit("leafs", model.leafs.len())? } else { 0 });
+        out.i32(if world {
+            limit("leafs", model.leafs.len())?
+        } else {
+            0
+        });
         out.i32(limit("faces", first_face)?);
         out.i32(limit("faces", self.face_count - first_face)?);
         Ok(())
@@ -241,7 +252,9 @@ impl Writer<'_> {
         };
         let head = self.node_count;
         for &n in &order {
-            let Some(split) = tree.nodes[n].split else { continue };
+            let Some(split) = tree.nodes[n].split else {
+                continue;
+            };
             let first = self.face_count;
             let start = model.faces.partition_point(|f| f.node < n);
             for f in model.faces[start..].iter().take_while(|f| f.node == n) {
@@ -343,10 +356,15 @@ impl Writer<'_> {
             out.i16(code);
             return limit("clipnodes", head);
         }
-        let number: HashMap<usize, usize> =
-            order.iter().enumerate().map(|(i, n)| (*n, head + i)).collect();
+        let number: HashMap<usize, usize> = order
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (*n, head + i))
+            .collect();
         for &n in &order {
-            let Some(split) = tree.nodes[n].split else { continue };
+            let Some(split) = tree.nodes[n].split else {
+                continue;
+            };
             let plane = self.plane(split.plane);
             self.lumps.clipnodes.i32(plane);
             for c in split.children {

@@ -92,9 +92,19 @@ pub(super) fn block(
     let is_joint = u < joint || v < joint;
     let (left, up) = (u.saturating_sub(joint), v.saturating_sub(joint));
     let (right, down) = (w - 1 - u, h - 1 - v);
-    let edge = |d: usize| if d < bevel { 1.0 - d as f64 / bevel as f64 } else { 0.0 };
+    let edge = |d: usize| {
+        if d < bevel {
+            1.0 - d as f64 / bevel as f64
+        } else {
+            0.0
+        }
+    };
     let light = edge(left).max(edge(up)) - edge(right).max(edge(down));
-    Block { id, bevel: if is_joint { 0.0 } else { light }, joint: is_joint }
+    Block {
+        id,
+        bevel: if is_joint { 0.0 } else { light },
+        joint: is_joint,
+    }
 }
 
 /// Distance in texels from the edge of a rectangle, positive inside; `None` outside.

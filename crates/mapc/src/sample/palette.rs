@@ -107,6 +107,10 @@ pub(super) fn shade(row: u8, value: f64, x: usize, y: usize) -> u8 {
     const BAYER: [[u8; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
     let threshold = (f64::from(BAYER[y % 4][x % 4]) + 0.5) / 16.0;
     let step = ((value.clamp(0.0, 1.0) * 15.0 + threshold).floor() as u8).min(15);
-    let column = if (8..=13).contains(&row) { 15 - step } else { step };
+    let column = if (8..=13).contains(&row) {
+        15 - step
+    } else {
+        step
+    };
     row * 16 + column
 }

@@ -57,7 +57,12 @@ fn blocks(name: &str, row: u8, size: [usize; 2], seed: u64) -> Texture {
             return shade(row, 0.30 + 0.25 * grain, x, y);
         }
         let pit = if pits > 0.86 { -0.10 } else { 0.0 };
-        shade(row, 0.62 + 0.12 * (b.id - 0.5) + 0.28 * grain + 0.13 * b.bevel + pit, x, y)
+        shade(
+            row,
+            0.62 + 0.12 * (b.id - 0.5) + 0.28 * grain + 0.13 * b.bevel + pit,
+            x,
+            y,
+        )
     })
 }
 
@@ -69,7 +74,12 @@ fn brick() -> Texture {
         if b.joint {
             return shade(SAND, 0.42 + 0.3 * grain, x, y);
         }
-        shade(BRICK, 0.52 + 0.22 * (b.id - 0.5) + 0.25 * grain + 0.12 * b.bevel, x, y)
+        shade(
+            BRICK,
+            0.52 + 0.22 * (b.id - 0.5) + 0.25 * grain + 0.12 * b.bevel,
+            x,
+            y,
+        )
     })
 }
 
@@ -90,9 +100,18 @@ fn slabs(name: &str, row: u8, seed: u64) -> Texture {
             1 => 0.10 * if gx.min(gy) == 1 { 1.0 } else { -1.0 },
             _ => 0.0,
         };
-        let inlay = if inside(gx, gy, [6, 6, 59, 59]) == Some(0) { -0.10 } else { 0.0 };
+        let inlay = if inside(gx, gy, [6, 6, 59, 59]) == Some(0) {
+            -0.10
+        } else {
+            0.0
+        };
         let tone = 0.10 * (id - 0.5) + 0.02 * b.id;
-        shade(row, 0.60 + tone + 0.24 * grain + 0.06 * fine + bevel + inlay, x, y)
+        shade(
+            row,
+            0.60 + tone + 0.24 * grain + 0.06 * fine + bevel + inlay,
+            x,
+            y,
+        )
     })
 }
 
@@ -130,7 +149,12 @@ fn wood_texel(x: usize, y: usize, width: usize, seed: u64) -> u8 {
         _ if u == width - 1 => -0.14,
         _ => 0.0,
     };
-    shade(WOOD, 0.55 + 0.14 * (id - 0.5) + 0.3 * streak + 0.16 * grain + light, x, y)
+    shade(
+        WOOD,
+        0.55 + 0.14 * (id - 0.5) + 0.3 * streak + 0.16 * grain + light,
+        x,
+        y,
+    )
 }
 
 fn trim() -> Texture {
@@ -152,7 +176,12 @@ fn trim() -> Texture {
             14..=15 => -0.28,
             _ => 0.0,
         };
-        shade(BRASS, 0.50 + light + 0.22 * grain - if stud < 4.6 { 0.2 } else { 0.0 }, x, y)
+        shade(
+            BRASS,
+            0.50 + light + 0.22 * grain - if stud < 4.6 { 0.2 } else { 0.0 },
+            x,
+            y,
+        )
     })
 }
 
@@ -166,7 +195,10 @@ fn metal_texel(x: usize, y: usize, row: u8, seed: u64) -> u8 {
     let rust = fractal(u, v, 16.0, [64, 64], seed + 7);
     let (px, py) = (x % 32, y % 32);
     let rivet = {
-        let (dx, dy) = ((u % 32.0 - 15.5).abs() - 11.0, (v % 32.0 - 15.5).abs() - 11.0);
+        let (dx, dy) = (
+            (u % 32.0 - 15.5).abs() - 11.0,
+            (v % 32.0 - 15.5).abs() - 11.0,
+        );
         (dx * dx + dy * dy).sqrt()
     };
     if px == 0 || py == 0 {
@@ -184,7 +216,12 @@ fn metal_texel(x: usize, y: usize, row: u8, seed: u64) -> u8 {
     if rust > 0.68 {
         return shade(BRICK, 0.40 + 0.3 * grain, x, y);
     }
-    shade(row, 0.52 + 0.26 * grain + edge - if rivet < 3.0 { 0.14 } else { 0.0 }, x, y)
+    shade(
+        row,
+        0.52 + 0.26 * grain + edge - if rivet < 3.0 { 0.14 } else { 0.0 },
+        x,
+        y,
+    )
 }
 
 /// A wall panel with two thin cold lamps and an engraved grid.
@@ -192,7 +229,11 @@ fn tech() -> Texture {
     Texture::from_fn("tech", 64, 64, |x, y| {
         for bar in [[12, 8, 20, 24], [44, 8, 52, 24]] {
             if let Some(d) = inside(x, y, bar) {
-                return if d == 0 { shade(STEEL, 0.2, x, y) } else { COLD };
+                return if d == 0 {
+                    shade(STEEL, 0.2, x, y)
+                } else {
+                    COLD
+                };
             }
         }
         let screen = [8, 32, 56, 56];
@@ -201,7 +242,12 @@ fn tech() -> Texture {
                 return shade(TEAL, 0.45 + 0.2 * frame_light(x, y, screen), x, y);
             }
             let line = y % 4 == 0 && x % 7 != 3;
-            return shade(TEAL, if line { 0.62 } else { 0.26 + 0.002 * x as f64 }, x, y);
+            return shade(
+                TEAL,
+                if line { 0.62 } else { 0.26 + 0.002 * x as f64 },
+                x,
+                y,
+            );
         }
         metal_texel(x, y, STEEL, 61)
     })
@@ -214,7 +260,12 @@ fn rock() -> Texture {
         let (first, second, id) = cells(u + warp, v - warp, 32.0, [128, 128], 72);
         let grain = fractal(u, v, 16.0, [128, 128], 73) - 0.5;
         let crack = ((second - first) * 4.0).min(1.0);
-        shade(STONE, 0.24 + 0.26 * crack + 0.16 * (id - 0.5) + 0.34 * grain, x, y)
+        shade(
+            STONE,
+            0.24 + 0.26 * crack + 0.16 * (id - 0.5) + 0.34 * grain,
+            x,
+            y,
+        )
     })
 }
 
@@ -322,9 +373,11 @@ fn lamp_panel() -> Texture {
 
 /// The dark room's only light: 8 by 8 fullbright texels in a steel cup.
 fn lamp_small() -> Texture {
-    Texture::from_fn("lamp_small", 16, 16, |x, y| match inside(x, y, [4, 4, 12, 12]) {
-        Some(_) => WARM,
-        None => shade(STEEL, 0.4 + 0.15 * frame_light(x, y, [0, 0, 16, 16]), x, y),
+    Texture::from_fn("lamp_small", 16, 16, |x, y| {
+        match inside(x, y, [4, 4, 12, 12]) {
+            Some(_) => WARM,
+            None => shade(STEEL, 0.4 + 0.15 * frame_light(x, y, [0, 0, 16, 16]), x, y),
+        }
     })
 }
 
@@ -376,8 +429,12 @@ fn lava() -> Texture {
         let (first, second, _) = cells(u + warp, v + warp, 16.0, [64, 64], 132);
         let heat = fractal(u, v, 16.0, [64, 64], 133);
         let vein = 1.0 - ((second - first) * 1.9).min(1.0);
-        let glow = 0.22 + 0.62 * vein + 0.5 * (heat - 0.45);
-        if glow < 0.2 { shade(CRUST, 0.8, x, y) } else { shade(FIRE, glow, x, y) }
+        let glow = 0.10 + 0.66 * vein + 0.5 * (heat - 0.45);
+        if glow < 0.2 {
+            shade(CRUST, 0.8, x, y)
+        } else {
+            shade(FIRE, glow, x, y)
+        }
     })
 }
 

@@ -43,7 +43,10 @@ fn vec_at(b: &[u8], at: usize) -> [f64; 3] {
 impl<'a> Bsp<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         assert_eq!(i32_at(bytes, 0), 29);
-        let mut bsp = Self { bytes, planes: Vec::new() };
+        let mut bsp = Self {
+            bytes,
+            planes: Vec::new(),
+        };
         bsp.planes = bsp
             .records(1, 20)
             .iter()
@@ -185,7 +188,9 @@ impl<'a> Bsp<'a> {
                 at += 1;
             }
         }
-        (0..visleafs).map(|i| row[i / 8] >> (i % 8) & 1 != 0).collect()
+        (0..visleafs)
+            .map(|i| row[i / 8] >> (i % 8) & 1 != 0)
+            .collect()
     }
 
     /// For each pair of vertices, how often faces run from the first to the second.
@@ -193,7 +198,8 @@ impl<'a> Bsp<'a> {
         let mut out = HashMap::new();
         for f in &self.faces()[first..first + count] {
             for (i, v) in f.vertices.iter().enumerate() {
-                *out.entry((*v, f.vertices[(i + 1) % f.vertices.len()])).or_insert(0) += 1;
+                *out.entry((*v, f.vertices[(i + 1) % f.vertices.len()]))
+                    .or_insert(0) += 1;
             }
         }
         out
