@@ -1,12 +1,12 @@
 //! Faces of one brush model into a watertight triangle mesh.
 
+use super::liquid;
 use super::tjunction::{EdgeSplitter, open_edges, simple_loops};
 use super::triangulate::triangulate;
 use super::weld::Welder;
 use crate::material::MaterialId;
 use crate::mesh::Triangle;
 use glam::{DVec2, DVec3, Vec3};
-use std::collections::HashSet;
 
 /// A polygon of a brush model with all that its triangles need.
 #[derive(Clone, Debug)]
@@ -51,8 +51,6 @@ pub struct ModelMesh {
     pub triangles: Vec<Triangle>,
     /// Faces that became triangles.
     pub faces: usize,
-    /// Liquid faces that were the twin of another one.
-    pub twins: usize,
     /// Vertices inserted into edges.
     pub inserted: usize,
     /// Edges without an opposite edge, liquids aside, as pairs of vertices.
@@ -61,8 +59,10 @@ pub struct ModelMesh {
     pub exhausted: bool,
 }
 
-/// Welds vertices, splits T-junctions, drops the twins of liquid faces and triangulates.
-pub fn build(polygons: &[FacePolygon]) -> ModelMesh {
+/// Drops the twins of liquid faces, welds vertices, splits T-junctions and triangulates.
+pub fn build(mut polygons: Vec<FacePolygon>) -> ModelMesh {
+    let mut twins = liquid::twins(&polygons).into_iter();
+    polygons.retain(|_| !twins.next().unwrap_or(false));
     let mut welder = Welder::default();
     let welded: Vec<Vec<u32>> = polygons
         .iter()
@@ -87,34 +87,15 @@ pub fn build(polygons: &[FacePolygon]) -> ModelMesh {
         ),
         ..ModelMesh::default()
     };
-    let mut liquids: HashSet<Vec<u32>> = HashSet::new();
     for (polygon, loops) in polygons.iter().zip(&loops) {
         let before = mesh.triangles.len();
         for corners in loops {
-            if polygon.liquid {
-                if liquids.contains(&loop_key(corners, true)) {
-                    mesh.twins += 1;
-                    continue;
-                }
-                liquids.insert(loop_key(corners, false));
-            }
             add_triangles(&mut mesh.triangles, polygon, corners, &positions);
         }
         mesh.faces += usize::from(mesh.triangles.len() > before);
     }
     mesh.positions = positions;
     mesh
-}
-
-/// The loop (reversed if asked) starting at its smallest vertex: equal for equal loops.
-fn loop_key(corners: &[u32], reversed: bool) -> Vec<u32> {
-    let mut key = corners.to_vec();
-    if reversed {
-        key.reverse();
-    }
-    let start = (0..key.len()).min_by_key(|&i| key[i]).unwrap_or(0);
-    key.rotate_left(start);
-    key
 }
 
 fn add_triangles(

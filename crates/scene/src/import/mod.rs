@@ -14,6 +14,7 @@ mod emitters;
 mod geometry;
 mod items;
 mod lights;
+mod liquid;
 mod names;
 mod notes;
 mod picture;

@@ -115,7 +115,7 @@ impl<'a> World<'a> {
                 polygons.push(polygon);
             }
         }
-        let built = geometry::build(&polygons);
+        let built = geometry::build(polygons);
         self.report.faces += built.faces;
         self.report.t_junctions_split += built.inserted;
         if built.exhausted {

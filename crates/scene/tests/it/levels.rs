@@ -213,3 +213,41 @@ fn cameras_are_where_an_engine_had_them() {
     });
     assert!(compared >= 20, "{compared}");
 }
+
+#[test]
+fn of_the_two_sides_of_each_liquid_one_is_left() {
+    let area = |[a, b, c]: [DVec3; 3]| DVec3::length((b - a).cross(c - a)) / 2.0;
+    let mut liquid_levels = 0;
+    for_each_level(|level, scene| {
+        let bsp = &level.bsp;
+        let is_liquid = |t: usize| {
+            let name = bsp.textures[t]
+                .as_ref()
+                .map(|t| t.name.to_ascii_lowercase());
+            name.is_some_and(|n| n.starts_with('*') && !n.ends_with("skip"))
+        };
+        let in_file: f64 = bsp
+            .drawable_faces(0)
+            .filter(|(_, face)| bsp.face_texture(face).is_some_and(is_liquid))
+            .map(|(_, face)| {
+                let points: Vec<DVec3> = (bsp.face_points(face).into_iter().flatten())
+                    .map(|p| Vec3::from(p).as_dvec3())
+                    .collect();
+                let fan = (1..points.len() - 1).map(|i| [points[0], points[i], points[i + 1]]);
+                fan.map(area).sum::<f64>()
+            })
+            .sum();
+        let world = &scene.meshes[0];
+        let left: f64 = world
+            .triangles
+            .iter()
+            .filter(|t| bsp.models[0].faces().contains(&(t.face as usize)))
+            .filter(|t| scene.materials[t.material.0 as usize].warped)
+            .map(|t| area(t.vertices.map(|v| world.positions[v as usize].as_dvec3())))
+            .sum();
+        let off = (2.0 * left - in_file).abs();
+        assert!(off <= 1e-4 * in_file, "{}: {left} of {in_file}", level.name);
+        liquid_levels += usize::from(in_file > 0.0);
+    });
+    assert!(data().is_none() || liquid_levels > 20, "{liquid_levels}");
+}
