@@ -12,9 +12,14 @@ use std::time::Duration;
 const LEAF: u32 = 1 << 31;
 const COUNT_SHIFT: u32 = 27;
 const FIRST_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+/// Widens the box test; see [`BoxRay`].
+const SLACK: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 /// More triangles than this can't be addressed.
 pub const MAX_TRIANGLES: usize = FIRST_MASK as usize;
-const MAX_LEAF: u32 = 8;
+const MAX_LEAF: u32 = 4;
+/// Cost of visiting a node in triangle tests, as the builder weighs them. Measured: 3, the
+/// builder's own default, makes leaves too large for a triangle test in double precision.
+const NODE_COST: f32 = 1.0;
 
 /// Four boxes and what is in them. Lanes that are not used have a box that nothing meets.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +60,7 @@ impl Bvh {
         let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
         let params = BvhBuildParams {
             max_prims_per_leaf: MAX_LEAF,
+            collapse_traversal_cost: NODE_COST,
             ..BvhBuildParams::medium_build()
         };
         let bvh2 = build_bvh2(&boxes, params, &mut Duration::default());
@@ -120,6 +126,7 @@ impl Bvh {
             if current & LEAF == 0 {
                 let node = &self.nodes[current as usize];
                 let (near, mut lanes) = box_ray.meet(node, t_max_f32);
+                let near = near.to_array();
                 if lanes != 0 {
                     let first = stack.len();
                     while lanes != 0 {
@@ -162,7 +169,7 @@ impl Bvh {
                     Some(next) => next,
                     None => return nearest,
                 };
-                if t <= t_max_f32 {
+                if t <= t_max_f32 * SLACK {
                     current = node;
                     break;
                 }
@@ -192,15 +199,14 @@ fn round_up(t: f64) -> f32 {
 /// A ray as the box test sees it.
 ///
 /// The distance to a plane at `b` is `(b - o) / d`. Rounding the origin to f32 is covered by moving
-/// it, by a unit in the last place, away from the near planes and likewise from the far planes; the
-/// three further roundings (reciprocal, difference, product: each 2^-24) by a factor of 1 +- 2^-21
-/// on the reciprocal. So the near distance comes out too small and the far distance too large, as
-/// far as they are positive; where they are not, the sign is right, which is all that matters.
+/// it, by a unit in the last place, away from the near planes and likewise from the far planes. The
+/// three further roundings (reciprocal, difference, product) are each 2^-24 of either distance; the
+/// far distance is scaled up by 1 + 2^-20, which covers those of both. So no box is missed: where
+/// the far distance is not positive its sign is right, and a negative near distance counts as 0.
 struct BoxRay {
     near_origin: [Vec4; 3],
     far_origin: [Vec4; 3],
-    near_inverse: [Vec4; 3],
-    far_inverse: [Vec4; 3],
+    inverse: [Vec4; 3],
     /// By axis, which of the two planes the ray meets first.
     near_plane: [usize; 3],
 }
@@ -212,12 +218,10 @@ impl BoxRay {
         /// within 10^9 units, and keeps all distances finite.
         const MIN_DIRECTION: f64 = 1e-25;
         const MIN_PAD: f32 = 1e-15;
-        const SLACK: f32 = 1.0 / (1 << 21) as f32;
         let mut out = Self {
             near_origin: [Vec4::ZERO; 3],
             far_origin: [Vec4::ZERO; 3],
-            near_inverse: [Vec4::ZERO; 3],
-            far_inverse: [Vec4::ZERO; 3],
+            inverse: [Vec4::ZERO; 3],
             near_plane: [0; 3],
         };
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
@@ -232,14 +236,13 @@ impl BoxRay {
             let pad = (origin.abs() * f32::EPSILON).max(MIN_PAD).copysign(inverse);
             out.near_origin[axis] = Vec4::splat(origin + pad);
             out.far_origin[axis] = Vec4::splat(origin - pad);
-            out.near_inverse[axis] = Vec4::splat(inverse * (1.0 - SLACK));
-            out.far_inverse[axis] = Vec4::splat(inverse * (1.0 + SLACK));
+            out.inverse[axis] = Vec4::splat(inverse);
             out.near_plane[axis] = usize::from(inverse < 0.0);
         }
         out
     }
 
-    /// Least distances to the four boxes, and a bit for each that the ray may meet by `t_max`.
+    /// Distances to the four boxes, and a bit for each that the ray may meet by `t_max`.
     #[inline]
     fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let mut near = Vec4::ZERO;
@@ -247,12 +250,12 @@ impl BoxRay {
         for axis in 0..3 {
             let planes = &node.planes[axis];
             let first = self.near_plane[axis] & 1;
-            let enter = (planes[first] - self.near_origin[axis]) * self.near_inverse[axis];
-            let leave = (planes[first ^ 1] - self.far_origin[axis]) * self.far_inverse[axis];
+            let enter = (planes[first] - self.near_origin[axis]) * self.inverse[axis];
+            let leave = (planes[first ^ 1] - self.far_origin[axis]) * self.inverse[axis];
             near = near.max(enter);
             far = far.min(leave);
         }
-        (near, near.cmple(far).bitmask())
+        (near, near.cmple(far * SLACK).bitmask())
     }
 }
 

@@ -183,8 +183,21 @@ pub fn spawn_origin(position: DVec3, side: DVec3, error: f64) -> DVec3 {
 /// Index of the texel at `uv` (in texels): nearest, wrapping.
 #[must_use]
 pub fn texel_index(texture: &Texture, uv: DVec2) -> usize {
-    let wrap = |x: f64, n: u32| (x.floor() as i64).rem_euclid(i64::from(n)) as usize;
     wrap(uv.y, texture.height) * texture.width as usize + wrap(uv.x, texture.width)
+}
+
+/// `floor(x)` modulo `n`.
+fn wrap(x: f64, n: u32) -> usize {
+    let truncated = x as i64;
+    let floor = truncated.saturating_sub(i64::from(truncated as f64 > x));
+    let n = i64::from(n);
+    // Most textures are powers of two, and a division costs as much as the rest of the lookup.
+    let wrapped = if n & (n - 1) == 0 {
+        floor & (n - 1)
+    } else {
+        floor.rem_euclid(n)
+    };
+    wrapped as usize
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ pub struct TriangleHit {
 }
 
 /// The hit of `ray` with `triangle` at a distance in `0 < t < t_max`, from either side.
-#[inline]
+#[inline(always)]
 pub fn intersect(ray: &Ray, triangle: &PackedTriangle, t_max: f64) -> Option<TriangleHit> {
     // Masks with 3 instead of a bounds check; the fourth lane is never chosen.
     let [kx, ky, kz] = ray.axes.map(|k| k & 3);

@@ -16,21 +16,22 @@ fn no_ray_leaves_a_sealed_level() {
             return;
         }
     };
-    for name in ["lq_e1m1", "lq_e3m6"] {
+    let mut sealed = 0;
+    for name in ["dm3", "gpl_e1m1", "lq_e0m1", "lq_e3m6"] {
         let scene = level::load(&game, name).unwrap();
-        assert!(scene.report.sealed, "{name}");
+        sealed += u32::from(scene.report.sealed);
         for camera in scene.cameras.iter().take(2) {
-            let film = render(&scene, &settings(camera.clone(), 48, Estimator::Mis, 8), 4);
+            let film = render(&scene, &settings(camera.clone(), 48, Estimator::Mis, 8), 2);
             let counters = film.counters;
-            assert_eq!(
-                (counters.escaped, counters.nonfinite),
-                (0, 0),
-                "{name}, {camera:?}"
-            );
+            assert_eq!(counters.nonfinite, 0, "{name}, {camera:?}");
             assert!(
                 film.mean_radiance()[1] > 0.0,
                 "{name} is black from {camera:?}"
             );
+            if scene.report.sealed {
+                assert_eq!(counters.escaped, 0, "{name}, {camera:?}");
+            }
         }
     }
+    assert!(sealed > 0, "no sealed level to test");
 }
