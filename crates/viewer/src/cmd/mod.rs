@@ -1,0 +1,59 @@
+//! The commands, one file each.
+
+pub mod compare;
+pub mod devices;
+pub mod info;
+pub mod render;
+
+use crate::Outcome;
+use crate::cli::{Cli, Command, Global};
+use anyhow::Result;
+use clap::CommandFactory as _;
+use std::io::Write as _;
+use std::time::Instant;
+
+/// What every command is given besides its own options.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// Options of every command.
+    pub global: Global,
+    /// Results as JSON.
+    pub json: bool,
+    /// When the process started.
+    pub start: Instant,
+}
+
+impl Context {
+    /// Prints a result and a line feed on stdout.
+    ///
+    /// # Errors
+    /// When stdout is closed.
+    pub fn print(&self, text: &str) -> Result<()> {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{text}")?;
+        out.flush()?;
+        Ok(())
+    }
+}
+
+/// Runs the command asked for.
+///
+/// # Errors
+/// What the command says.
+pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
+    let context = Context {
+        global: cli.global.clone(),
+        json: cli.global.json,
+        start,
+    };
+    match &cli.command {
+        None => {
+            context.print(&Cli::command().render_help().ansi().to_string())?;
+            Ok(Outcome::Done)
+        }
+        Some(Command::Compare(args)) => compare::run(args, &context),
+        Some(Command::Render(args)) => render::run(args, &context),
+        Some(Command::Info(args)) => info::run(args, &context),
+        Some(Command::Devices) => devices::run(&context),
+    }
+}

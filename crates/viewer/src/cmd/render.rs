@@ -1,0 +1,326 @@
+//! `runelight render`.
+
+use super::Context;
+use crate::cli::{CameraChoice, ExrType, Render};
+use crate::device::Device;
+use crate::interrupt;
+use crate::job::{self, Goal, Stopped};
+use crate::level::Source;
+use crate::output::{Format, Note, Outputs, Style};
+use crate::progress::Progress;
+use crate::{Outcome, Usage};
+use anyhow::{Result, anyhow, bail};
+use scene::camera::DEFAULT_FOV_DEG;
+use scene::render::{Film, Settings};
+use scene::{Camera, Scene};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Runs the command.
+///
+/// # Errors
+/// When the level cannot be loaded, the device fails, or an output cannot be written.
+pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
+    interrupt::install()?;
+    for path in &args.output {
+        Format::of(path).map_err(|e| Usage(format!("--output {e:#}")))?;
+    }
+    let source = Source::new(args.level.as_deref(), &context.global)?;
+    let outputs = Outputs::open(&output_paths(args, &source.name()))?;
+    let device = Device::choose(&context.global.device)?;
+    let scene = Arc::new(source.load()?.import(&import_options(args))?);
+    warn_of_oddities(&scene);
+    let settings = settings(args, &scene)?;
+    warn_of_unseen_lights(&scene, &settings);
+    let loaded = Instant::now();
+
+    let mut renderer = device.renderer(&scene, &settings)?;
+    let built = Instant::now();
+
+    let goal = Goal {
+        spp: args.spp,
+        deadline: (args.time_limit).map(|s| context.start + Duration::from_secs_f64(s)),
+        target_error: args.target_error,
+    };
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let mut progress = Progress::new(!context.global.quiet, &goal, pixels);
+    let stopped = job::run(&mut *renderer, &goal, &mut progress, &interrupt::asked)?;
+    drop(progress);
+    let film = renderer.film()?;
+    let rendered = Instant::now();
+
+    let style = Style {
+        layers: args.layers.0.clone(),
+        half: args.exr_type == ExrType::Half,
+        exposure: args.exposure as f32,
+        tonemap: args.tonemap,
+        notes: notes(args, &scene, &settings, &device, &film),
+    };
+    let written = outputs.write(&film, &style)?;
+    warn_of_bad_samples(&scene, &film);
+    let result = Report {
+        scene: &scene,
+        settings: &settings,
+        device: &device,
+        film: &film,
+        stopped,
+        spp_asked: args.spp,
+        seconds: [
+            loaded - context.start,
+            built - loaded,
+            rendered - built,
+            rendered.elapsed(),
+        ]
+        .map(|d| d.as_secs_f64()),
+        written: &written,
+    };
+    context.print(&if context.json {
+        result.json().to_string()
+    } else {
+        result.text()
+    })?;
+    Ok(Outcome::Done)
+}
+
+/// Where the picture goes.
+fn output_paths(args: &Render, level: &str) -> Vec<PathBuf> {
+    if args.output.is_empty() {
+        vec![format!("{level}.exr").into(), format!("{level}.png").into()]
+    } else {
+        args.output.clone()
+    }
+}
+
+fn import_options(args: &Render) -> scene::import::ImportOptions {
+    scene::import::ImportOptions {
+        time: args.at as f32,
+        threshold: args.threshold as f32,
+        emission_scale: args.emission_scale as f32,
+        lights: args.lights.into(),
+        ..Default::default()
+    }
+}
+
+fn settings(args: &Render, scene: &Scene) -> Result<Settings> {
+    let mut camera = camera(args.camera.as_ref(), scene)?;
+    if let Some(fov) = args.fov {
+        camera.fov_deg = fov as f32;
+    }
+    Ok(Settings {
+        width: args.size.0,
+        height: args.size.1,
+        camera,
+        estimator: args.estimator.into(),
+        depth: args.depth,
+        time: args.at as f32,
+        seed: args.seed,
+        aovs: args.layers.0.iter().any(|l| l.is_aov()),
+    })
+}
+
+/// The camera asked for, or the level's first.
+fn camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
+    let count = scene.cameras.len();
+    match choice {
+        Some(&CameraChoice::Pose([x, y, z, pitch_deg, yaw_deg, roll_deg])) => Ok(Camera {
+            name: "--camera".into(),
+            position: [x, y, z].into(),
+            pitch_deg,
+            yaw_deg,
+            roll_deg,
+            fov_deg: DEFAULT_FOV_DEG,
+        }),
+        Some(CameraChoice::Index(index)) => scene.cameras.get(*index).cloned().ok_or_else(|| {
+            anyhow!(
+                "--camera {index}: {} has {count} cameras, counted from 0",
+                scene.name
+            )
+        }),
+        Some(CameraChoice::Name(name)) => (scene.cameras.iter())
+            .find(|c| c.name == *name)
+            .cloned()
+            .ok_or_else(|| {
+                let mut names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+                names.dedup();
+                anyhow!(
+                    "--camera {name}: {} has only {}",
+                    scene.name,
+                    names.join(", ")
+                )
+            }),
+        None => match scene.cameras.first() {
+            Some(camera) => Ok(camera.clone()),
+            None => bail!("{} has no camera; give one with --camera", scene.name),
+        },
+    }
+}
+
+/// Oddities told in full; the rest is only counted.
+const TOLD: usize = 5;
+
+fn warn_of_oddities(scene: &Scene) {
+    let warnings = &scene.report.warnings;
+    for warning in warnings.iter().take(TOLD) {
+        tracing::warn!("{warning}");
+    }
+    if warnings.len() > TOLD {
+        tracing::warn!(
+            "{} more; `runelight info` lists them",
+            warnings.len() - TOLD
+        );
+    }
+}
+
+fn warn_of_unseen_lights(scene: &Scene, settings: &Settings) {
+    if scene.features.point_lights && !settings.estimator.samples_lights() {
+        tracing::warn!(
+            "--estimator {} finds light only by hitting it: the {} light entities stay dark",
+            settings.estimator.name(),
+            scene.lights.len()
+        );
+    }
+}
+
+fn warn_of_bad_samples(scene: &Scene, film: &Film) {
+    let counters = &film.counters;
+    if counters.nonfinite > 0 {
+        tracing::warn!(
+            "{} samples were not finite and were left out",
+            counters.nonfinite
+        );
+    }
+    if scene.report.sealed && counters.escaped > 0 {
+        tracing::warn!(
+            "{} rays left the sealed level without hitting it",
+            counters.escaped
+        );
+    }
+}
+
+/// All that the picture depends on, for the EXR.
+fn notes(
+    args: &Render,
+    scene: &Scene,
+    settings: &Settings,
+    device: &Device,
+    film: &Film,
+) -> Vec<(&'static str, Note)> {
+    let text = |t: &str| Note::Text(t.to_owned());
+    let c = &settings.camera;
+    let pose = [
+        c.position.x,
+        c.position.y,
+        c.position.z,
+        c.pitch_deg,
+        c.yaw_deg,
+        c.roll_deg,
+    ]
+    .map(|v| v.to_string())
+    .join(" ");
+    vec![
+        ("version", text(env!("CARGO_PKG_VERSION"))),
+        ("level", text(&scene.name)),
+        ("title", text(&scene.title)),
+        ("device", text(&device.name)),
+        ("driver", text(&device.driver)),
+        ("samples", Note::Int(film.samples.into())),
+        ("seed", Note::Text(settings.seed.to_string())),
+        ("estimator", text(settings.estimator.name())),
+        ("depth", Note::Int(settings.depth.into())),
+        ("camera", Note::Text(pose)),
+        ("cameraName", text(&c.name)),
+        ("fov", Note::Float(c.fov_deg)),
+        ("time", Note::Float(settings.time)),
+        ("lights", text(args.lights.name())),
+        ("threshold", Note::Float(args.threshold as f32)),
+        ("emissionScale", Note::Float(args.emission_scale as f32)),
+        ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
+        ("escaped", Note::Int(film.counters.escaped as i64)),
+    ]
+}
+
+/// What is said when the picture is done.
+struct Report<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    device: &'a Device,
+    film: &'a Film,
+    stopped: Stopped,
+    spp_asked: u32,
+    /// Load, build, render, write.
+    seconds: [f64; 4],
+    written: &'a [PathBuf],
+}
+
+impl Report<'_> {
+    fn per_second(&self, count: u64) -> f64 {
+        count as f64 / self.seconds[2].max(1e-9) / 1e6
+    }
+
+    /// An error estimate that JSON can hold.
+    fn error(&self) -> Option<f64> {
+        Some(self.film.estimated_relmse()).filter(|e| e.is_finite())
+    }
+
+    fn json(&self) -> Value {
+        let (film, counters) = (self.film, &self.film.counters);
+        let [load, build, render, write] = self.seconds;
+        json!({
+            "level": self.scene.name,
+            "device": self.device.name,
+            "driver": self.device.driver,
+            "size": format!("{}x{}", film.width, film.height),
+            "spp": film.samples,
+            "depth": self.settings.depth,
+            "estimator": self.settings.estimator.name(),
+            "seed": self.settings.seed,
+            "triangles": self.scene.triangle_count(),
+            "emitters": self.scene.emitters.triangles.len() + self.scene.lights.len(),
+            "seconds": { "load": load, "build": build, "render": render, "write": write },
+            "paths": counters.paths,
+            "rays": counters.rays,
+            "mpaths_per_s": self.per_second(counters.paths),
+            "mrays_per_s": self.per_second(counters.rays),
+            "mean_radiance": film.mean_radiance(),
+            "estimated_relmse": self.error(),
+            "nonfinite": counters.nonfinite,
+            "escaped": counters.escaped,
+            "stopped": self.stopped.name(),
+            "spp_asked": self.spp_asked,
+            "camera": self.settings.camera.name,
+            "outputs": self.written,
+        })
+    }
+
+    fn text(&self) -> String {
+        let names: Vec<String> = self
+            .written
+            .iter()
+            .map(|p| p.display().to_string())
+            .collect();
+        let [load, build, render, write] = self.seconds;
+        let why = match self.stopped {
+            Stopped::Complete => String::new(),
+            stopped => format!(" of {} ({})", self.spp_asked, stopped.name()),
+        };
+        let error = self
+            .error()
+            .map_or(String::new(), |e| format!(", relMSE about {e:.2e}"));
+        format!(
+            "{}\n{} from {}, {}x{}, {} samples{why}{error}\n\
+             {} on {}: {:.2} Mrays/s; load {load:.2} s, build {build:.2} s, render {render:.2} s, \
+             write {write:.2} s",
+            names.join(" "),
+            self.scene.name,
+            self.settings.camera.name,
+            self.film.width,
+            self.film.height,
+            self.film.samples,
+            self.settings.estimator.name(),
+            self.device.name,
+            self.per_second(self.film.counters.rays),
+        )
+    }
+}

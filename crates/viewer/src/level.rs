@@ -1,0 +1,159 @@
+//! A level by its name on the command line: a file, a name in the search path, or the bundled one.
+
+use crate::Usage;
+use crate::cli::Global;
+use anyhow::{Context as _, Result, bail};
+use bsp::lmp::Palette;
+use bsp::{Level, Limits, SearchPath};
+use scene::Scene;
+use scene::import::ImportOptions;
+use std::path::Path;
+
+const SAMPLE_NAME: &str = "sample";
+const SAMPLE: &[u8] = include_bytes!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../assets/sample/sample.bsp"
+));
+const SAMPLE_PALETTE: &[u8] = include_bytes!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../assets/sample/palette.lmp"
+));
+
+/// Where files are looked up, as the options say.
+///
+/// # Errors
+/// When a directory or PAK of the options is missing or is none.
+pub fn search_path(global: &Global) -> Result<SearchPath> {
+    let mut builder = SearchPath::builder();
+    if let Some(dir) = &global.basedir {
+        builder = builder.basedir(dir);
+    } else if let Some(game) = global.game.first() {
+        let why = "a mod is looked up in a Quake directory; give that with --basedir";
+        return Err(Usage(format!("--game {game}: {why}")).into());
+    }
+    for game in &global.game {
+        builder = builder.game(game);
+    }
+    for pak in &global.pak {
+        builder = builder.pak(pak);
+    }
+    let search = builder.build().context("--basedir, --game or --pak")?;
+    for warning in search.warnings().iter() {
+        tracing::warn!("{warning}");
+    }
+    Ok(search)
+}
+
+/// A level that was named, not read yet.
+#[derive(Debug)]
+pub struct Source {
+    /// `None` is the bundled sample.
+    wanted: Option<String>,
+    search: SearchPath,
+}
+
+/// A level that was read, with what its import needs besides.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The level.
+    pub level: Level,
+    palette: Palette,
+    search: SearchPath,
+}
+
+impl Source {
+    /// The level `wanted`: a file, a name to look up, or `None` for the bundled sample.
+    ///
+    /// # Errors
+    /// When the search path cannot be built.
+    pub fn new(wanted: Option<&str>, global: &Global) -> Result<Self> {
+        Ok(Self {
+            wanted: wanted.map(str::to_owned),
+            search: search_path(global)?,
+        })
+    }
+
+    /// The level's name without directory and extension, as output files are named.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.wanted
+            .as_deref()
+            .map_or(SAMPLE_NAME.to_owned(), |wanted| {
+                let file = wanted.rsplit(['/', '\\']).next().unwrap_or(wanted);
+                let stem = Path::new(file).file_stem();
+                stem.map_or(file.to_owned(), |s| s.to_string_lossy().into_owned())
+            })
+    }
+
+    /// Reads the level.
+    ///
+    /// # Errors
+    /// When it is not found or is no level that can be read.
+    pub fn load(self) -> Result<Loaded> {
+        let limits = Limits::default();
+        let Some(wanted) = &self.wanted else {
+            return bundled(self.search, &limits);
+        };
+        if self.search.is_empty() && !Path::new(wanted).is_file() {
+            bail!(
+                "{wanted}: there is no such file, and without --basedir or --pak there is nowhere \
+                 to look the name up"
+            );
+        }
+        let level = Level::load(&self.search, wanted, &limits)?;
+        let palette = palette(&self.search, wanted)?;
+        Ok(Loaded {
+            level,
+            palette,
+            search: self.search,
+        })
+    }
+}
+
+impl Loaded {
+    /// Turns the level into a scene.
+    ///
+    /// # Errors
+    /// When there is nothing to draw.
+    pub fn import(&self, options: &ImportOptions) -> Result<Scene> {
+        let files = |path: &str| Some(self.search.read_optional(path).ok()??.bytes);
+        Ok(scene::import::import(
+            &self.level,
+            &self.palette,
+            &files,
+            options,
+        )?)
+    }
+}
+
+/// The sample level with its own palette.
+fn bundled(search: SearchPath, limits: &Limits) -> Result<Loaded> {
+    Ok(Loaded {
+        level: Level::from_bytes(&search, SAMPLE_NAME, SAMPLE.to_vec(), limits)?,
+        palette: Palette::parse(SAMPLE_PALETTE)?,
+        search,
+    })
+}
+
+/// Quake's colours out of the search path, or out of the game directory that holds a loose level.
+/// Without any, the sample's colours stand in, with a warning.
+fn palette(search: &SearchPath, wanted: &str) -> Result<Palette> {
+    const NAME: &str = "gfx/palette.lmp";
+    let around = || -> Option<Vec<u8>> {
+        let maps = Path::new(wanted).canonicalize().ok()?.parent()?.to_owned();
+        let game = (maps.file_name()? == "maps").then(|| maps.parent())??;
+        let search = SearchPath::builder().pak(game).build().ok()?;
+        Some(search.read_optional(NAME).ok()??.bytes)
+    };
+    let found = search.read_optional(NAME)?.map(|f| f.bytes).or_else(around);
+    match found {
+        Some(bytes) => Palette::parse(&bytes).map_err(|e| e.in_file(NAME).into()),
+        None => {
+            tracing::warn!(
+                "there is no {NAME} to be found, so colours are wrong; give the Quake directory \
+                 with --basedir"
+            );
+            Ok(Palette::parse(SAMPLE_PALETTE)?)
+        }
+    }
+}

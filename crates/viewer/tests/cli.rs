@@ -1,0 +1,394 @@
+//! The binary as people and scripts meet it: one test for each class of message.
+
+use serde_json::Value;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// The program on the processor, in an empty environment of its own.
+fn runelight(dir: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_runelight"));
+    command
+        .args(args)
+        .current_dir(dir)
+        .env_remove("RUNELIGHT_BASEDIR");
+    command
+}
+
+fn run(dir: &Path, args: &[&str]) -> (i32, String, String) {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = runelight(dir, args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code().unwrap_or(-1), text(stdout), text(stderr))
+}
+
+fn names(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> = (std::fs::read_dir(dir).unwrap())
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Arguments of a small picture of the bundled level.
+fn small(more: &[&'static str]) -> Vec<&'static str> {
+    let mut args = vec!["render", "--size", "32x18", "--device", "cpu"];
+    args.extend(more);
+    args
+}
+
+/// Real game files, or `None` after saying that the test is skipped.
+fn test_data() -> Option<PathBuf> {
+    let dir = std::env::var_os("RUNELIGHT_TEST_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    if dir.is_dir() {
+        return Some(dir);
+    }
+    println!("SKIPPED: no test data at {}", dir.display());
+    None
+}
+
+#[test]
+fn alone_it_prints_its_help() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, err) = run(dir.path(), &[]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    for word in [
+        "render",
+        "info",
+        "compare",
+        "devices",
+        "Examples:",
+        "Exit codes",
+    ] {
+        assert!(out.contains(word), "no {word:?} in {out}");
+    }
+}
+
+#[test]
+fn wrong_usage_is_2_and_names_the_option() {
+    let dir = tempfile::tempdir().unwrap();
+    for (args, sentence) in [
+        (vec!["render", "--denoise", "svgf"], "--denoise"),
+        (
+            vec!["render", "--layers", "motion"],
+            "there is no layer \"motion\"; there are beauty,",
+        ),
+        (
+            vec!["render", "-o", "a.jpg"],
+            "--output a.jpg: an output ends in .exr or .png",
+        ),
+        (vec!["render", "--game", "hipnotic"], "--game hipnotic"),
+        (
+            vec!["compare", "a.exr", "b.exr", "--heatmap", "c.exr"],
+            "--heatmap c.exr",
+        ),
+    ] {
+        let (code, out, err) = run(dir.path(), &args);
+        assert_eq!((code, out.as_str()), (2, ""), "{args:?}: {err}");
+        assert!(err.contains(sentence), "{err}");
+    }
+    assert!(names(dir.path()).is_empty());
+}
+
+#[test]
+fn what_cannot_be_done_is_1_and_leaves_nothing_behind() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("garbage.bsp"), "garbage").unwrap();
+    std::fs::write(dir.path().join("old.png"), "old").unwrap();
+    for (args, sentence) in [
+        (small(&["nosuch"]), "nosuch"),
+        (small(&["garbage.bsp", "-o", "old.png"]), "garbage.bsp"),
+        (
+            small(&["-o", "no/such/a.exr"]),
+            "no/such/a.exr cannot be written",
+        ),
+        (small(&["--camera", "99", "-o", "old.png"]), "--camera 99"),
+        (
+            vec!["render", "--device", "no such device"],
+            "--device no such device",
+        ),
+        (vec!["render", "--basedir", "nowhere", "start"], "nowhere"),
+        (vec!["info", "garbage.bsp"], "garbage.bsp"),
+        (vec!["compare", "old.png", "nosuch.png"], "old.png"),
+    ] {
+        let (code, out, err) = run(dir.path(), &args);
+        assert_eq!((code, out.as_str()), (1, ""), "{args:?}: {err}");
+        assert!(
+            err.starts_with("error: ") || err.contains("\nerror: "),
+            "{err}"
+        );
+        assert!(err.contains(sentence), "{err}");
+    }
+    assert_eq!(names(dir.path()), ["garbage.bsp", "old.png"]);
+    assert_eq!(std::fs::read(dir.path().join("old.png")).unwrap(), b"old");
+}
+
+#[test]
+fn the_bundled_level_renders_the_same_twice_and_compare_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, err) = run(dir.path(), &small(&["--spp", "3", "--json"]));
+    assert_eq!(code, 0, "{err}");
+    let json: Value = serde_json::from_str(&out).unwrap();
+    for key in [
+        "level",
+        "device",
+        "driver",
+        "size",
+        "spp",
+        "depth",
+        "estimator",
+        "seed",
+        "triangles",
+        "emitters",
+        "seconds",
+        "paths",
+        "rays",
+        "mpaths_per_s",
+        "mrays_per_s",
+        "mean_radiance",
+        "nonfinite",
+        "escaped",
+        "outputs",
+    ] {
+        assert!(
+            json.get(key).is_some_and(|v| !v.is_null()),
+            "no {key} in {json}"
+        );
+    }
+    assert_eq!(
+        (&json["level"], &json["device"]),
+        (&"sample".into(), &"cpu".into())
+    );
+    assert_eq!(
+        (&json["spp"], &json["paths"]),
+        (&3.into(), &(32 * 18 * 3).into())
+    );
+    assert_eq!(
+        (&json["nonfinite"], &json["escaped"]),
+        (&0.into(), &0.into())
+    );
+    assert_eq!(
+        json["outputs"],
+        serde_json::json!(["sample.exr", "sample.png"])
+    );
+    for part in ["load", "build", "render", "write"] {
+        assert!(json["seconds"][part].as_f64().unwrap() >= 0.0);
+    }
+    assert_eq!(names(dir.path()), ["sample.exr", "sample.png"]);
+
+    let again = small(&["--spp", "3", "-o", "again.exr", "--layers", "all", "-q"]);
+    assert_eq!(run(dir.path(), &again).0, 0);
+    let same = [
+        "compare",
+        "sample.exr",
+        "again.exr",
+        "--json",
+        "--max-mse",
+        "0",
+    ];
+    let (code, out, _) = run(dir.path(), &same);
+    assert_eq!(code, 0);
+    let json: Value = serde_json::from_str(&out).unwrap();
+    for (key, value) in json.as_object().unwrap() {
+        match key.as_str() {
+            "mean_ratio" => assert_eq!(value, 1.0),
+            "pixels" => assert_eq!(value, 32 * 18),
+            "ci95" => {}
+            _ => assert_eq!(value.as_f64(), Some(0.0), "{key}"),
+        }
+    }
+
+    // Another seed is another picture: a limit is exceeded, and the heat map shows where.
+    let other = small(&["--spp", "3", "--seed", "1", "-o", "other.exr", "-q"]);
+    assert_eq!(run(dir.path(), &other).0, 0);
+    let limit = [
+        "compare",
+        "sample.exr",
+        "other.exr",
+        "--max-relmse",
+        "1e-9",
+        "--heatmap",
+        "heat.png",
+    ];
+    let (code, out, err) = run(dir.path(), &limit);
+    assert_eq!(code, 3);
+    assert!(
+        out.contains("relmse") && err.contains("more than the 0.000000001 allowed"),
+        "{err}"
+    );
+    assert!(names(dir.path()).contains(&"heat.png".to_owned()));
+    let missing = ["compare", "sample.exr", "other.exr", "--layer", "albedo"];
+    let (code, _, err) = run(dir.path(), &missing);
+    assert!(
+        code == 1 && err.contains("has no layer \"albedo\"; it has beauty"),
+        "{err}"
+    );
+}
+
+#[test]
+fn estimators_that_miss_light_entities_warn_unless_quiet() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = small(&[
+        "--spp",
+        "1",
+        "--estimator",
+        "naive",
+        "-o",
+        "a.png",
+        "--lights",
+        "all",
+    ]);
+    let (code, _, err) = run(dir.path(), &args);
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        err.contains("--estimator naive") && err.contains("light entities"),
+        "{err}"
+    );
+    let quiet: Vec<&str> = args.iter().copied().chain(["-q"]).collect();
+    assert_eq!(run(dir.path(), &quiet).2, "");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_after_the_first_sample_keeps_the_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = small(&["--spp", "10000000", "-o", "a.png", "--json", "-vv"]);
+    let mut child = runelight(dir.path(), &args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let sampled = lines
+        .by_ref()
+        .any(|line| line.unwrap().ends_with(" samples"));
+    assert!(sampled, "no sample was reported");
+    assert!(!dir.path().join("a.png").exists());
+    let pid = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    // The pipe must stay open and drained until the program ends.
+    for line in lines {
+        line.unwrap();
+    }
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["stopped"], "interrupted");
+    assert!(json["spp"].as_u64().unwrap() >= 1);
+    assert_eq!(names(dir.path()), ["a.png"]);
+}
+
+#[test]
+fn devices_lists_the_processor_whatever_else_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, err) = run(dir.path(), &["devices", "--json"]);
+    assert_eq!(code, 0, "{err}");
+    let json: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["cpu"]["name"], "cpu");
+    assert!(json["cpu"]["threads"].as_u64().unwrap() >= 1);
+    let listed = json["devices"].as_array().unwrap();
+    assert!(!listed.is_empty() || json["vulkan_error"].is_string());
+}
+
+#[test]
+fn info_tells_what_files_hold_one_object_a_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sample");
+    let file = |name: &str| assets.join(name).display().to_string();
+    let args = ["info", "--json", &file("sample.bsp"), &file("palette.lmp")];
+    let (code, out, err) = run(dir.path(), &args);
+    assert_eq!(code, 0, "{err}");
+    let objects: Vec<Value> = out
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    assert_eq!(objects.len(), 2);
+    for key in [
+        "format",
+        "entities",
+        "faces",
+        "triangles",
+        "textures",
+        "lights",
+        "emissive_texels",
+        "leafs",
+        "models",
+        "bounds",
+        "warnings",
+    ] {
+        assert!(
+            objects[0].get(key).is_some_and(|v| !v.is_null()),
+            "no {key}"
+        );
+    }
+    assert_eq!(objects[0]["format"], "BSP29");
+    assert_eq!(objects[0]["sealed"], true);
+    assert_eq!(objects[1]["kind"], "palette");
+    let (code, out, _) = run(dir.path(), &["info", &file("sample.bsp")]);
+    assert!(code == 0 && out.contains("features") && out.contains("cameras"));
+}
+
+#[test]
+fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
+    let Some(data) = test_data() else {
+        return;
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let file = |name: &str| data.join(name).display().to_string();
+    let info = |name: &str| -> Value {
+        let (code, out, err) = run(dir.path(), &["info", "--json", &file(name)]);
+        assert_eq!(code, 0, "{name}: {err}");
+        serde_json::from_str(&out).unwrap()
+    };
+    let pak = info("id1/pak0.pak");
+    assert_eq!(pak["kind"], "PAK");
+    assert!(
+        pak["levels"]
+            .as_array()
+            .unwrap()
+            .contains(&"maps/start.bsp".into())
+    );
+    assert_eq!(info("loose/wad/lq_dev.wad")["textures"], 228);
+    let model = info("loose/mdl/soldier.mdl");
+    assert_eq!(
+        (&model["frames"], &model["vertices"]),
+        (&111.into(), &613.into())
+    );
+    assert_eq!(info("loose/spr/s_explod.spr")["frames"], 6);
+    assert_eq!(info("loose/dem/qs666_e1m1.dem")["kind"], "DEM");
+    let (code, out, err) = run(dir.path(), &["info", &file("loose/bsp/dev_hl.bsp")]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(
+        err.contains("dev_hl.bsp") && err.contains("Half-Life"),
+        "{err}"
+    );
+
+    let base = data.display().to_string();
+    let start = [
+        "info",
+        "--json",
+        "--basedir",
+        &base,
+        "start",
+        "progs/player.mdl",
+    ];
+    let (code, out, err) = run(dir.path(), &start);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(out.lines().count(), 2);
+    assert!(
+        out.starts_with("{\"file\":\"start\",\"kind\":\"BSP\",\"format\":\"BSP29\""),
+        "{out}"
+    );
+}
