@@ -7,7 +7,8 @@
 #[path = "src/shader_compiler.rs"]
 mod shader_compiler;
 
-use std::{env, fs, path::PathBuf};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
 
 fn main() {
     let shaders = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("set by cargo"))
@@ -21,17 +22,26 @@ fn main() {
         .collect();
     names.sort();
     for path in names {
-        match shader_compiler::compile(&path) {
-            Ok(Some(words)) => {
-                let name = path.file_name().expect("a file in a folder").to_string_lossy();
-                let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
-                fs::write(out.join(format!("{name}.spv")), bytes).expect("OUT_DIR is writable");
-            }
-            Ok(None) => {} // a header or a text
-            Err(message) => {
-                eprintln!("{message}");
-                std::process::exit(1);
-            }
+        let name = path.file_name().expect("a file in a folder").to_string_lossy();
+        let Some(compiler) = shader_compiler::compiler_for(&path) else { continue };
+        write(&out.join(format!("{name}.spv")), compiler(&path));
+        if name.ends_with(".comp") {
+            // For the test that compares the two compilers.
+            let other = shader_compiler::compile_with_glslang(&path);
+            write(&out.join(format!("{name}.glslang.spv")), other);
+        }
+    }
+}
+
+fn write(path: &Path, compiled: Result<Vec<u32>, String>) {
+    match compiled {
+        Ok(words) => {
+            let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+            fs::write(path, bytes).expect("OUT_DIR is writable");
+        }
+        Err(message) => {
+            eprintln!("{message}");
+            std::process::exit(1);
         }
     }
 }

@@ -7,6 +7,7 @@
 use rt::{Gpu, Options, PathTracer, Yardstick};
 use runelight_tests::levels;
 use scene::Scene;
+use scene::import::LightMode;
 use scene::render::{Estimator, Renderer, Settings};
 use std::error::Error;
 use std::path::PathBuf;
@@ -59,7 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::open(device.index, Options::default())?;
 
     let start = Instant::now();
-    let scene = levels::load_from(&args.data, &args.level)?;
+    let game = levels::open(&args.data)?;
+    let scene = levels::load(&game, &args.level, LightMode::default())?;
     let import_ms = start.elapsed().as_secs_f64() * 1e3;
     let [width, height] = args.size;
     println!("Device: {}, {}", device.name, device.driver);

@@ -1,9 +1,9 @@
-//! Real levels.
+//! Levels to test on: the bundled one, and real ones.
 
 use bsp::lmp::Palette;
 use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
-use scene::import::{ImportOptions, import as import_level};
+use scene::import::{ImportOptions, LightMode, import};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,28 +17,57 @@ pub fn data() -> PathBuf {
     )
 }
 
-/// Loads and imports a level of the Quake directory `data`.
-///
-/// # Errors
-/// When it is not there, or not a level.
-pub fn load_from(data: &Path, name: &str) -> Result<Arc<Scene>, Box<dyn Error>> {
-    let search = SearchPath::builder().basedir(data).build()?;
-    let level = Level::load(&search, name, &Limits::default())?;
-    let palette = Palette::parse(&search.read("gfx/palette.lmp")?.bytes)?;
-    let files = |path: &str| search.read_optional(path).ok().flatten().map(|f| f.bytes);
-    Ok(Arc::new(import_level(&level, &palette, &files, &ImportOptions::default())?))
-}
-
-/// Imports a level of the test data. Without test data says `SKIPPED` and why, and returns `None`.
+/// The Quake directory of the test data. Without test data says `SKIPPED` and why, and returns
+/// `None`.
 ///
 /// # Panics
-/// When there is test data and the level can't be imported.
+/// When there is test data that can't be read.
 #[must_use]
-pub fn import(name: &str) -> Option<Arc<Scene>> {
+pub fn game() -> Option<SearchPath> {
     let data = data();
     if !data.join("id1").is_dir() {
         println!("SKIPPED: no test data in {}", data.display());
         return None;
     }
-    Some(load_from(&data, name).unwrap_or_else(|e| panic!("{name}: {e}")))
+    Some(open(&data).unwrap_or_else(|e| panic!("{}: {e}", data.display())))
+}
+
+/// Opens a Quake directory.
+///
+/// # Errors
+/// When it can't be read.
+pub fn open(basedir: &Path) -> Result<SearchPath, Box<dyn Error>> {
+    Ok(SearchPath::builder().basedir(basedir).build()?)
+}
+
+/// Loads and imports a level: a name in the Quake directory, or a file.
+///
+/// # Errors
+/// When it is not there, or not a level.
+pub fn load(
+    game: &SearchPath,
+    name: &str,
+    lights: LightMode,
+) -> Result<Arc<Scene>, Box<dyn Error>> {
+    let level = Level::load(game, name, &Limits::default())?;
+    let palette = Palette::parse(&game.read("gfx/palette.lmp")?.bytes)?;
+    let files = |path: &str| game.read_optional(path).ok().flatten().map(|f| f.bytes);
+    let options = ImportOptions { lights, ..ImportOptions::default() };
+    Ok(Arc::new(import(&level, &palette, &files, &options)?))
+}
+
+/// The bundled level.
+///
+/// # Panics
+/// When it can't be read.
+#[must_use]
+pub fn sample(lights: LightMode) -> Arc<Scene> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/sample");
+    let read = |name: &str| std::fs::read(folder.join(name)).expect("a bundled file");
+    let search = SearchPath::builder().build().expect("an empty search path");
+    let bytes = read("sample.bsp");
+    let level = Level::from_bytes(&search, "sample", bytes, &Limits::default()).expect("a level");
+    let palette = Palette::parse(&read("palette.lmp")).expect("a palette");
+    let options = ImportOptions { lights, ..ImportOptions::default() };
+    Arc::new(import(&level, &palette, &|_: &str| None, &options).expect("a scene"))
 }

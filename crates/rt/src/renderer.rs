@@ -162,6 +162,21 @@ impl PathTracer {
         let size = [self.settings.width, self.settings.height];
         Tonemap::new(&self.device)?.run(&self.film, size, curve, ev)
     }
+
+    /// [`Self::display`] with the shader as glslang compiles it instead of naga, for the test that
+    /// compares the two.
+    ///
+    /// # Errors
+    /// As [`Self::display`].
+    #[doc(hidden)]
+    pub fn display_by_other_compiler(
+        &self,
+        curve: ToneCurve,
+        ev: f32,
+    ) -> Result<Vec<[u8; 4]>, Error> {
+        let size = [self.settings.width, self.settings.height];
+        Tonemap::from_other_compiler(&self.device)?.run(&self.film, size, curve, ev)
+    }
 }
 
 impl Renderer for PathTracer {

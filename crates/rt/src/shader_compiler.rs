@@ -1,4 +1,4 @@
-//! GLSL to SPIR-V. Used by the build script and by the tests that compare the two compilers.
+//! GLSL to SPIR-V, for the build script.
 
 use std::collections::HashSet;
 use std::fs;
@@ -12,21 +12,16 @@ pub struct Expanded {
     pub origin: Vec<(PathBuf, usize)>,
 }
 
-/// Compiles one file by its extension; `None` if it is not a shader stage.
-///
-/// # Errors
-/// The compiler's messages, each with file and line.
-pub fn compile(path: &Path) -> Result<Option<Vec<u32>>, String> {
-    use glslang::ShaderStage as Stage;
-    let stage = match path.extension().and_then(|e| e.to_str()) {
-        Some("rgen") => Stage::RayGeneration,
-        Some("rchit") => Stage::ClosestHit,
-        Some("rahit") => Stage::AnyHit,
-        Some("rmiss") => Stage::Miss,
-        Some("comp") => return compile_with_naga(path).map(Some),
-        _ => return Ok(None),
-    };
-    compile_with_glslang(path, stage).map(Some)
+/// Turns a file into SPIR-V, or says what is wrong with file and line.
+pub type Compiler = fn(&Path) -> Result<Vec<u32>, String>;
+
+/// The compiler for a file, by its extension; `None` if it is not a shader stage.
+pub fn compiler_for(path: &Path) -> Option<Compiler> {
+    match path.extension()?.to_str()? {
+        "rgen" | "rchit" | "rahit" | "rmiss" => Some(compile_with_glslang),
+        "comp" => Some(compile_with_naga),
+        _ => None,
+    }
 }
 
 /// Replaces `#include "file"` lines (relative to the including file) by the file, once each.
@@ -61,9 +56,18 @@ pub fn expand(path: &Path) -> Result<Expanded, String> {
 ///
 /// # Errors
 /// The compiler's messages, each with file and line.
-pub fn compile_with_glslang(path: &Path, stage: glslang::ShaderStage) -> Result<Vec<u32>, String> {
+pub fn compile_with_glslang(path: &Path) -> Result<Vec<u32>, String> {
     use glslang::{
-        Compiler, CompilerOptions, ShaderInput, ShaderSource, SpirvVersion, Target, VulkanVersion,
+        Compiler, CompilerOptions, ShaderInput, ShaderSource, ShaderStage, SpirvVersion, Target,
+        VulkanVersion,
+    };
+    let stage = match path.extension().and_then(|e| e.to_str()) {
+        Some("rgen") => ShaderStage::RayGeneration,
+        Some("rchit") => ShaderStage::ClosestHit,
+        Some("rahit") => ShaderStage::AnyHit,
+        Some("rmiss") => ShaderStage::Miss,
+        Some("comp") => ShaderStage::Compute,
+        _ => return Err(format!("{}: not a shader stage", path.display())),
     };
     let expanded = expand(path)?;
     let name_lines = |log: String| name_lines(&log, &expanded);

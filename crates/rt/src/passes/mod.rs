@@ -55,3 +55,52 @@ pub(crate) use spirv;
 pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::abi;
+    use std::collections::HashMap;
+
+    /// Member offsets of every named struct in a module: name of the struct to member offsets by
+    /// name. Reads the instructions OpName (5), OpMemberName (6) and OpMemberDecorate (72) with
+    /// decoration Offset (35) of the SPIR-V specification.
+    fn offsets(code: &[u32]) -> HashMap<String, HashMap<String, usize>> {
+        let text = |words: &[u32]| {
+            let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+            String::from_utf8_lossy(bytes.split(|&b| b == 0).next().unwrap_or(&[])).into_owned()
+        };
+        let (mut names, mut members) = (HashMap::new(), HashMap::new());
+        let mut offsets: HashMap<String, HashMap<String, usize>> = HashMap::new();
+        let mut at = 5;
+        while at < code.len() {
+            let (count, opcode) = ((code[at] >> 16) as usize, code[at] & 0xffff);
+            let words = &code[at + 1..at + count];
+            match opcode {
+                5 => _ = names.insert(words[0], text(&words[1..])),
+                6 => _ = members.insert((words[0], words[1]), text(&words[2..])),
+                72 if words[2] == 35 => {
+                    let (Some(name), Some(member)) =
+                        (names.get(&words[0]), members.get(&(words[0], words[1])))
+                    else {
+                        panic!("an offset of something without a name");
+                    };
+                    let member = (member.clone(), words[3] as usize);
+                    offsets.entry(name.clone()).or_default().extend([member]);
+                }
+                _ => {}
+            }
+            at += count;
+        }
+        offsets
+    }
+
+    #[test]
+    fn members_lie_where_the_shaders_look() {
+        let compiled = offsets(&spirv!("path_trace.rgen"));
+        for layout in abi::LAYOUTS {
+            let found = compiled.get(layout.name).unwrap_or_else(|| panic!("no {}", layout.name));
+            let host = layout.members.iter().map(|&(name, at)| (name.to_owned(), at));
+            assert_eq!(found, &host.collect(), "offsets of {}", layout.name);
+        }
+    }
+}

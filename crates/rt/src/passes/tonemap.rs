@@ -35,9 +35,18 @@ pub(crate) struct Tonemap {
 
 impl Tonemap {
     pub fn new(device: &Arc<Device>) -> Result<Self, Error> {
-        let code = spirv!("tonemap.comp");
+        Self::with_code(device, &spirv!("tonemap.comp"))
+    }
+
+    fn with_code(device: &Arc<Device>, code: &[u32]) -> Result<Self, Error> {
         let size = size_of::<Params>() as u32;
-        Ok(Self { pipeline: ComputePipeline::new(device, "tone map", &code, 2, size)? })
+        Ok(Self { pipeline: ComputePipeline::new(device, "tone map", code, 2, size)? })
+    }
+
+    /// The pass as the other compiler makes it: the test of both runs the two side by side.
+    #[doc(hidden)]
+    pub fn from_other_compiler(device: &Arc<Device>) -> Result<Self, Error> {
+        Self::with_code(device, &spirv!("tonemap.comp.glslang"))
     }
 
     /// Display codes of the film at an exposure of `ev` stops: RGB and 255, rows from the top.

@@ -1,7 +1,7 @@
 //! Pictures written to files: multi-layer EXR, and tone-mapped PNG.
 
 mod exr_file;
-mod layers;
+pub mod layers;
 mod part;
 mod png_file;
 
