@@ -364,7 +364,7 @@ fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
     let model = info("loose/mdl/soldier.mdl");
     assert_eq!(
         (&model["frames"], &model["vertices"]),
-        (&111.into(), &613.into())
+        (&114.into(), &613.into())
     );
     assert_eq!(info("loose/spr/s_explod.spr")["frames"], 6);
     assert_eq!(info("loose/dem/qs666_e1m1.dem")["kind"], "DEM");

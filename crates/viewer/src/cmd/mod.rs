@@ -48,7 +48,8 @@ pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
     };
     match &cli.command {
         None => {
-            context.print(&Cli::command().render_help().ansi().to_string())?;
+            // Prints with colours where stdout takes them.
+            Cli::command().color(cli.global.color).print_help()?;
             Ok(Outcome::Done)
         }
         Some(Command::Compare(args)) => compare::run(args, &context),

@@ -227,30 +227,38 @@ fn text(map: &Map<String, Value>) -> String {
         match value {
             Value::Array(items) if items.is_empty() => {}
             Value::Array(items) if items.iter().all(Value::is_number) => {
-                lines.push(format!("{key:<16}{}", inline(value)));
+                lines.push(format!("{key:<20}{}", inline(value)));
             }
             Value::Array(items) => {
                 lines.push(key.clone());
                 lines.extend(items.iter().map(|item| format!("  {}", inline(item))));
             }
-            _ => lines.push(format!("{key:<16}{}", inline(value))),
+            _ => lines.push(format!("{key:<20}{}", inline(value))),
         }
     }
     lines.join("\n")
 }
 
-/// A value on one line: objects as their values, the first one in a column.
+/// A value on one line. Objects that begin with a name show it in a column.
 fn inline(value: &Value) -> String {
     match value {
         Value::String(s) => s.clone(),
         Value::Array(items) => items.iter().map(inline).collect::<Vec<_>>().join(" "),
         Value::Object(fields) => {
-            let mut fields = fields.iter();
-            let first = fields.next().map_or(String::new(), |(_, v)| inline(v));
-            let rest: Vec<String> = fields.map(|(k, v)| format!("{k} {}", inline(v))).collect();
-            format!("{first:<32} {}", rest.join(", "))
-                .trim_end()
-                .to_owned()
+            let all: Vec<(&String, &Value)> = fields.iter().collect();
+            let pairs = |of: &[(&String, &Value)]| {
+                let pairs: Vec<String> = (of.iter())
+                    .map(|(k, v)| format!("{k} {}", inline(v)))
+                    .collect();
+                pairs.join(", ")
+            };
+            match all.as_slice() {
+                [(_, Value::String(name)), (_, value)] => format!("{name:<32} {}", inline(value)),
+                [(_, Value::String(name)), rest @ ..] => {
+                    format!("{name:<32} {}", pairs(rest)).trim_end().to_owned()
+                }
+                fields => pairs(fields),
+            }
         }
         other => other.to_string(),
     }
