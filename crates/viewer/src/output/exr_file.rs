@@ -12,7 +12,7 @@ use exr::prelude::{
     LayerAttributes, LineOrder, Text, WritableImage as _, f16,
 };
 use scene::render::Film;
-use std::io::{BufWriter, Write as _};
+use std::io::Write as _;
 
 /// Writes the film's layers that `style` names, with its notes as attributes `runelight:NAME`.
 pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Result<()> {
@@ -63,10 +63,37 @@ pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Res
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.329),
     });
-    let mut writer = BufWriter::new(file);
-    image.write().to_buffered(&mut writer)?;
-    writer.flush()?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    file.write_all(&bytes)?;
     Ok(())
+}
+
+/// Sorts the attributes of the only header of an EXR by name, as the OpenEXR library writes them.
+/// They come out of a hash map, in an order that changes from run to run, and the same picture
+/// should be the same file.
+fn sort_attributes(file: &mut [u8]) {
+    // Magic number and version, then attributes (name, type, size, value) up to an empty name.
+    const START: usize = 8;
+    let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|b| *b == 0)? + 1);
+    let mut spans = Vec::new();
+    let mut at = START;
+    while file.get(at).is_some_and(|b| *b != 0) {
+        let end = text_end(at).and_then(text_end).and_then(|size_at| {
+            let size = file.get(size_at..)?.first_chunk::<4>()?;
+            size_at.checked_add(4 + u32::from_le_bytes(*size) as usize)
+        });
+        match end {
+            Some(end) if end < file.len() => spans.push(at..end),
+            _ => return,
+        }
+        at = spans[spans.len() - 1].end;
+    }
+    spans.sort_by(|a, b| file[a.clone()].cmp(&file[b.clone()]));
+    let sorted: Vec<u8> = spans.into_iter().flat_map(|s| &file[s]).copied().collect();
+    file[START..at].copy_from_slice(&sorted);
 }
 
 /// A channel of floats, in half precision with finite values kept finite if `half`.
