@@ -22,8 +22,13 @@ fn main() {
         .collect();
     names.sort();
     for path in names {
-        let name = path.file_name().expect("a file in a folder").to_string_lossy();
-        let Some(compiler) = shader_compiler::compiler_for(&path) else { continue };
+        let name = path
+            .file_name()
+            .expect("a file in a folder")
+            .to_string_lossy();
+        let Some(compiler) = shader_compiler::compiler_for(&path) else {
+            continue;
+        };
         write(&out.join(format!("{name}.spv")), compiler(&path));
         if name.ends_with(".comp") {
             // For the test that compares the two compilers.

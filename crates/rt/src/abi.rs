@@ -362,6 +362,9 @@ mod tests {
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<LoggedRay>(), 32);
-        assert!(size_of::<PathTraceParams>() <= 128, "push constants every device has");
+        assert!(
+            size_of::<PathTraceParams>() <= 128,
+            "push constants every device has"
+        );
     }
 }

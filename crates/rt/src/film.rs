@@ -23,11 +23,14 @@ impl GpuFilm {
     /// # Errors
     /// When there is no memory.
     pub fn new(device: &Arc<Device>, settings: &Settings) -> Result<Self, Error> {
-        let planes = if settings.aovs { abi::PLANES_ALL } else { abi::PLANES_BASIC };
-        let pixels = u64::from(settings.width) * u64::from(settings.height);
-        let make = |name, size| {
-            Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device)
+        let planes = if settings.aovs {
+            abi::PLANES_ALL
+        } else {
+            abi::PLANES_BASIC
         };
+        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let make =
+            |name, size| Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device);
         let film = Self {
             width: settings.width,
             height: settings.height,
@@ -49,7 +52,13 @@ impl GpuFilm {
     pub fn read_back(&self, samples: u32) -> Result<Film, Error> {
         let device = self.sums.device();
         let copy = |size| {
-            Buffer::new(device, "read-back", size, Usage::empty(), Location::ReadBack)
+            Buffer::new(
+                device,
+                "read-back",
+                size,
+                Usage::empty(),
+                Location::ReadBack,
+            )
         };
         let (sums, counters) = (copy(self.sums.size())?, copy(self.counters.size())?);
         let mut recording = Recording::begin(device)?;
@@ -85,7 +94,10 @@ impl GpuFilm {
             film.depth = (plane(abi::PLANE_COMPENSATION).iter())
                 .map(|p| (f64::from(p[3]) / n) as f32)
                 .collect();
-            film.id = plane(abi::PLANE_DEVIATION).iter().map(|p| p[3].to_bits()).collect();
+            film.id = plane(abi::PLANE_DEVIATION)
+                .iter()
+                .map(|p| p[3].to_bits())
+                .collect();
         }
         let used = size_of::<abi::Counters>();
         let counted: abi::Counters = *bytemuck::from_bytes(&counters.read()?[..used]);

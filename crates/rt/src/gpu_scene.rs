@@ -60,7 +60,11 @@ impl GpuScene {
             });
             positions.extend(mesh.positions.iter().map(Vec3::to_array));
             indices.extend(mesh.triangles.iter().map(|t| t.vertices));
-            triangles.extend(mesh.triangles.iter().map(|t| triangle(mesh, t, &Affine3A::IDENTITY)));
+            triangles.extend(
+                mesh.triangles
+                    .iter()
+                    .map(|t| triangle(mesh, t, &Affine3A::IDENTITY)),
+            );
         }
         let emitters: Vec<_> = scene
             .emitters
@@ -69,7 +73,11 @@ impl GpuScene {
             .map(|e| {
                 let placed = &scene.instances[e.instance as usize];
                 let mesh = &scene.meshes[placed.mesh];
-                triangle(mesh, &mesh.triangles[e.triangle as usize], &placed.transform)
+                triangle(
+                    mesh,
+                    &mesh.triangles[e.triangle as usize],
+                    &placed.transform,
+                )
             })
             .collect();
         let alias: Vec<_> = (scene.emitters.alias.iter())
@@ -77,7 +85,11 @@ impl GpuScene {
             .collect();
         let total = scene.emitters.total_weight;
         let inv_total_weight = if total > 0.0 { 1.0 / total } else { 0.0 };
-        let lights: Vec<_> = scene.lights.iter().map(|l| light(l, inv_total_weight)).collect();
+        let lights: Vec<_> = scene
+            .lights
+            .iter()
+            .map(|l| light(l, inv_total_weight))
+            .collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
         let instances: Vec<_> = scene
             .instances
@@ -87,7 +99,11 @@ impl GpuScene {
                 let alpha_base = part.triangle_base + part.first_alpha;
                 // A mesh of alpha-tested triangles alone has them as geometry 0.
                 let only_alpha = mesh.first_alpha_tested == 0;
-                let opaque_base = if only_alpha { alpha_base } else { part.triangle_base };
+                let opaque_base = if only_alpha {
+                    alpha_base
+                } else {
+                    part.triangle_base
+                };
                 instance(&i.transform, opaque_base, alpha_base)
             })
             .collect();
@@ -99,7 +115,8 @@ impl GpuScene {
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
-        let instance_buffer = staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
+        let instance_buffer =
+            staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
         let mut data = abi::SceneData {
             triangles: triangles.address(),
             instances: instance_buffer.address(),
@@ -206,7 +223,12 @@ impl GpuScene {
 
 const BUILD_INPUT: Usage = Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
 
-fn blas_input(mesh: &Mesh, part: &Part, positions: &Arc<Buffer>, indices: &Arc<Buffer>) -> BlasInput {
+fn blas_input(
+    mesh: &Mesh,
+    part: &Part,
+    positions: &Arc<Buffer>,
+    indices: &Arc<Buffer>,
+) -> BlasInput {
     let index_bytes = size_of::<[u32; 3]>() as u64;
     let alpha = (mesh.triangles.len() - mesh.first_alpha_tested) as u32;
     let opaque = mesh.first_alpha_tested as u32;
@@ -234,12 +256,17 @@ fn blas_input(mesh: &Mesh, part: &Part, positions: &Arc<Buffer>, indices: &Arc<B
 
 fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
     let corner = |i: usize| {
-        transform.transform_point3(mesh.positions[t.vertices[i] as usize]).to_array()
+        transform
+            .transform_point3(mesh.positions[t.vertices[i] as usize])
+            .to_array()
     };
     // The cofactor matrix, with the sign of the determinant, keeps the normal on its side under
     // any transform, mirrors included.
-    let [x, y, z] =
-        [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    let [x, y, z] = [
+        transform.matrix3.x_axis,
+        transform.matrix3.y_axis,
+        transform.matrix3.z_axis,
+    ];
     let n = y.cross(z) * t.normal.x + z.cross(x) * t.normal.y + x.cross(y) * t.normal.z;
     let n = n * x.cross(y).dot(z).signum();
     abi::Triangle {
@@ -345,10 +372,16 @@ impl Staging {
         }
         if self.images.is_empty() {
             // A descriptor array of no length is not allowed.
-            self.images.push((0, Image::new(device, "no texture", 1, 1)?));
+            self.images
+                .push((0, Image::new(device, "no texture", 1, 1)?));
             texels.extend_from_slice(&[255; 4]);
         }
-        self.texels = Some(Buffer::with_data(device, "texels", Usage::empty(), &texels)?);
+        self.texels = Some(Buffer::with_data(
+            device,
+            "texels",
+            Usage::empty(),
+            &texels,
+        )?);
         Ok(self.images.iter().map(|(_, image)| image.clone()).collect())
     }
 

@@ -1,5 +1,6 @@
 //! The renderer: scene and settings in, film out.
 
+use crate::abi;
 use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
 use crate::passes::path_trace::{Kind, PathTrace, RayLog};
@@ -8,7 +9,6 @@ use crate::passes::{Frame, record_frame};
 use crate::vk::{
     Buffer, Device, DeviceInfo, Error, Instance, Location, Options, Recording, Timing, Usage,
 };
-use crate::abi;
 use glam::Affine3A;
 use scene::Scene;
 use scene::render::{Film, Renderer, Settings};
@@ -26,7 +26,9 @@ impl Gpu {
     /// # Errors
     /// When there is no Vulkan, or the device lacks something, named.
     pub fn open(index: usize, options: Options) -> Result<Self, Error> {
-        Ok(Self { device: Device::open(&Instance::new(options)?, index)? })
+        Ok(Self {
+            device: Device::open(&Instance::new(options)?, index)?,
+        })
     }
 
     /// What the device is.
@@ -143,8 +145,18 @@ impl PathTracer {
         samples: u32,
     ) -> Result<Vec<Timing>, Error> {
         let mut recording = Recording::begin(&self.device)?;
-        let frame = Frame { moved, settings: &self.settings, samples: (self.samples, samples) };
-        record_frame(&mut recording, &mut self.scene, &self.film, &self.path_trace, &frame)?;
+        let frame = Frame {
+            moved,
+            settings: &self.settings,
+            samples: (self.samples, samples),
+        };
+        record_frame(
+            &mut recording,
+            &mut self.scene,
+            &self.film,
+            &self.path_trace,
+            &frame,
+        )?;
         let timings = recording.submit_and_wait()?;
         self.samples += samples;
         self.trace_ms += (timings.iter().filter(|t| t.name == "path trace"))
@@ -187,7 +199,11 @@ impl Renderer for PathTracer {
         while left > 0 {
             // The film does not depend on how samples are split, so the split may follow the clock.
             let per_sample = self.trace_ms / f64::from(self.samples.max(1));
-            let fits = if per_sample > 0.0 { (SUBMISSION_MS / per_sample) as u32 } else { 1 };
+            let fits = if per_sample > 0.0 {
+                (SUBMISSION_MS / per_sample) as u32
+            } else {
+                1
+            };
             let now = left.min(fits.max(1));
             self.submit(None, now)?;
             left -= now;
@@ -211,19 +227,19 @@ impl Yardstick {
     ///
     /// # Errors
     /// When there is no memory for the log, or a call fails.
-    pub fn new(
-        gpu: &Gpu,
-        scene: &Scene,
-        settings: &Settings,
-        samples: u32,
-    ) -> Result<Self, Error> {
+    pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings, samples: u32) -> Result<Self, Error> {
         let device = gpu.device.clone();
         // A path has at most one camera or bounce ray and one shadow ray per vertex.
         let length = samples * 2 * settings.depth.max(1);
         let pixels = u64::from(settings.width) * u64::from(settings.height);
         let size = pixels * u64::from(length) * size_of::<abi::LoggedRay>() as u64;
-        let buffer =
-            Buffer::new(&device, "ray log", size, Usage::STORAGE_BUFFER, Location::Device)?;
+        let buffer = Buffer::new(
+            &device,
+            "ray log",
+            size,
+            Usage::STORAGE_BUFFER,
+            Location::Device,
+        )?;
         let log = RayLog { buffer, length };
         let mut tracer = PathTracer::new(gpu, scene, settings)?;
         let (kind, scene) = (Kind::LogRays, &tracer.scene);
@@ -250,7 +266,8 @@ impl Yardstick {
         let tracer = &self.tracer;
         let mut recording = Recording::begin(&tracer.device)?;
         recording.span("trace only", |r| {
-            self.trace_only.record(r, &tracer.scene, &tracer.film, &tracer.settings, 0, 0)
+            self.trace_only
+                .record(r, &tracer.scene, &tracer.film, &tracer.settings, 0, 0)
         })?;
         let timings = recording.submit_and_wait()?;
         Ok(timings.iter().map(|t| t.milliseconds).sum())

@@ -32,10 +32,15 @@ pub fn expand(path: &Path) -> Result<Expanded, String> {
     fn add(path: &Path, seen: &mut HashSet<PathBuf>, out: &mut Expanded) -> Result<(), String> {
         let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         for (number, line) in text.lines().enumerate() {
-            let include = line.trim().strip_prefix("#include \"").and_then(|l| l.strip_suffix('"'));
+            let include = line
+                .trim()
+                .strip_prefix("#include \"")
+                .and_then(|l| l.strip_suffix('"'));
             if let Some(name) = include {
                 let file = path.parent().unwrap_or(Path::new(".")).join(name);
-                let key = file.canonicalize().map_err(|e| format!("{}: {e}", file.display()))?;
+                let key = file
+                    .canonicalize()
+                    .map_err(|e| format!("{}: {e}", file.display()))?;
                 if seen.insert(key) {
                     add(&file, seen, out)?;
                 }
@@ -47,7 +52,10 @@ pub fn expand(path: &Path) -> Result<Expanded, String> {
         }
         Ok(())
     }
-    let mut out = Expanded { text: String::new(), origin: Vec::new() };
+    let mut out = Expanded {
+        text: String::new(),
+        origin: Vec::new(),
+    };
     add(path, &mut HashSet::new(), &mut out)?;
     Ok(out)
 }
@@ -80,9 +88,17 @@ pub fn compile_with_glslang(path: &Path) -> Result<Vec<u32>, String> {
         },
         ..CompilerOptions::default()
     };
-    let input = ShaderInput::new(&source, stage, &options, None::<&[(&str, Option<&str>)]>, None)
+    let input = ShaderInput::new(
+        &source,
+        stage,
+        &options,
+        None::<&[(&str, Option<&str>)]>,
+        None,
+    )
+    .map_err(|e| name_lines(e.to_string()))?;
+    let shader = compiler
+        .create_shader(input)
         .map_err(|e| name_lines(e.to_string()))?;
-    let shader = compiler.create_shader(input).map_err(|e| name_lines(e.to_string()))?;
     shader.compile().map_err(|e| name_lines(e.to_string()))
 }
 
@@ -115,7 +131,9 @@ fn name_lines(log: &str, expanded: &Expanded) -> String {
         .map(|line| {
             let named = line.split_once("0:").and_then(|(kind, rest)| {
                 let (number, message) = rest.split_once(':')?;
-                let (file, at) = expanded.origin.get(number.parse::<usize>().ok()?.checked_sub(1)?)?;
+                let (file, at) = expanded
+                    .origin
+                    .get(number.parse::<usize>().ok()?.checked_sub(1)?)?;
                 Some(format!("{kind}{}:{at}:{message}", file.display()))
             });
             named.unwrap_or_else(|| line.to_owned())

@@ -53,7 +53,10 @@ pub(crate) use spirv;
 
 /// Little-endian bytes to words.
 pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {
-    bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+    bytes
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
 }
 
 #[cfg(test)]
@@ -98,8 +101,13 @@ mod tests {
     fn members_lie_where_the_shaders_look() {
         let compiled = offsets(&spirv!("path_trace.rgen"));
         for layout in abi::LAYOUTS {
-            let found = compiled.get(layout.name).unwrap_or_else(|| panic!("no {}", layout.name));
-            let host = layout.members.iter().map(|&(name, at)| (name.to_owned(), at));
+            let found = compiled
+                .get(layout.name)
+                .unwrap_or_else(|| panic!("no {}", layout.name));
+            let host = layout
+                .members
+                .iter()
+                .map(|&(name, at)| (name.to_owned(), at));
             assert_eq!(found, &host.collect(), "offsets of {}", layout.name);
         }
     }

@@ -8,7 +8,6 @@ use crate::vk::{
     Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
     Specialization,
 };
-use bytemuck::Zeroable;
 use scene::render::{Estimator, Settings};
 use std::sync::Arc;
 
@@ -116,11 +115,11 @@ impl PathTrace {
             seed: [settings.seed as u32, (settings.seed >> 32) as u32],
             sample_begin: begin,
             sample_count: count,
-            ..abi::PathTraceParams::zeroed()
         };
         let size = [settings.width, settings.height];
         recording.keep(film.sums.clone());
         recording.keep(film.counters.clone());
-        self.pipeline.record_trace(recording, &self.set, bytemuck::bytes_of(&params), size)
+        self.pipeline
+            .record_trace(recording, &self.set, bytemuck::bytes_of(&params), size)
     }
 }

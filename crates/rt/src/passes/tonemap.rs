@@ -40,7 +40,9 @@ impl Tonemap {
 
     fn with_code(device: &Arc<Device>, code: &[u32]) -> Result<Self, Error> {
         let size = size_of::<Params>() as u32;
-        Ok(Self { pipeline: ComputePipeline::new(device, "tone map", code, 2, size)? })
+        Ok(Self {
+            pipeline: ComputePipeline::new(device, "tone map", code, 2, size)?,
+        })
     }
 
     /// The pass as the other compiler makes it: the test of both runs the two side by side.
@@ -59,8 +61,13 @@ impl Tonemap {
     ) -> Result<Vec<[u8; 4]>, Error> {
         let device = film.sums.device();
         let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
-        let out =
-            Buffer::new(device, "display", bytes, Usage::STORAGE_BUFFER, Location::Device)?;
+        let out = Buffer::new(
+            device,
+            "display",
+            bytes,
+            Usage::STORAGE_BUFFER,
+            Location::Device,
+        )?;
         let host = Buffer::new(device, "display", bytes, Usage::empty(), Location::ReadBack)?;
         let params = Params {
             width: size[0],
@@ -73,7 +80,8 @@ impl Tonemap {
             // The beauty plane is the film's first.
             let buffers = [(&film.sums, 4 * bytes), (&out, bytes)];
             let groups = size.map(|n| n.div_ceil(8));
-            self.pipeline.record_dispatch(r, &buffers, bytemuck::bytes_of(&params), groups)
+            self.pipeline
+                .record_dispatch(r, &buffers, bytemuck::bytes_of(&params), groups)
         })?;
         recording.copy(&out, &host, (0, 0), bytes);
         recording.submit_and_wait()?;

@@ -39,8 +39,14 @@ impl Accel {
             device.name(raw, name);
             let info = vk::AccelerationStructureDeviceAddressInfoKHR::default()
                 .acceleration_structure(raw);
-            let address = device.accel.get_acceleration_structure_device_address(&info);
-            Ok(Self { raw, buffer, address })
+            let address = device
+                .accel
+                .get_acceleration_structure_device_address(&info);
+            Ok(Self {
+                raw,
+                buffer,
+                address,
+            })
         }
     }
 }
@@ -49,7 +55,10 @@ impl Drop for Accel {
     fn drop(&mut self) {
         // SAFETY: recordings that use the structure hold an `Arc` of its owner.
         unsafe {
-            self.buffer.device().accel.destroy_acceleration_structure(self.raw, None);
+            self.buffer
+                .device()
+                .accel
+                .destroy_acceleration_structure(self.raw, None);
         }
     }
 }
@@ -117,7 +126,11 @@ impl Blas {
         let mut scratch_size = 0;
         for ((input, geometry), counts) in inputs.iter().zip(&geometries).zip(&counts) {
             let triangles: u64 = counts.iter().map(|&n| u64::from(n)).sum();
-            check_limit("triangles in a mesh", triangles, device.limits().max_primitives)?;
+            check_limit(
+                "triangles in a mesh",
+                triangles,
+                device.limits().max_primitives,
+            )?;
             let info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
                 .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
                 .flags(flags)
@@ -138,7 +151,9 @@ impl Blas {
         let scratch = scratch_buffer(device, scratch_size)?;
         let first = scratch.address().next_multiple_of(alignment);
         for (info, offset) in infos.iter_mut().zip(&scratch_offsets) {
-            info.scratch_data = vk::DeviceOrHostAddressKHR { device_address: first + offset };
+            info.scratch_data = vk::DeviceOrHostAddressKHR {
+                device_address: first + offset,
+            };
         }
 
         let queries = CompactedSizes::new(device, inputs.len() as u32)?;
@@ -149,7 +164,9 @@ impl Blas {
             // SAFETY: inputs, scratch memory and structures are kept alive below; sizes are those
             // the driver asked for; scratch areas are aligned and do not overlap.
             unsafe {
-                device.accel.cmd_build_acceleration_structures(r.commands, &infos, &ranges);
+                device
+                    .accel
+                    .cmd_build_acceleration_structures(r.commands, &infos, &ranges);
             }
             r.access(&[Access::BuildRead]);
             let raw: Vec<_> = full.iter().map(|b| b.accel.raw).collect();
@@ -190,7 +207,11 @@ impl Blas {
                     .dst(accel.raw)
                     .mode(vk::CopyAccelerationStructureModeKHR::COMPACT);
                 // SAFETY: the target has the size the driver reported for this source.
-                unsafe { device.accel.cmd_copy_acceleration_structure(r.commands, &info) };
+                unsafe {
+                    device
+                        .accel
+                        .cmd_copy_acceleration_structure(r.commands, &info)
+                };
                 compact.push(Arc::new(Self { accel }));
             }
             Ok(compact)
@@ -222,9 +243,15 @@ impl CompactedSizes {
             .query_count(count.max(1));
         // SAFETY: a valid create info; queries are reset before their first use.
         unsafe {
-            let raw = device.raw.create_query_pool(&info, None).named("vkCreateQueryPool")?;
+            let raw = device
+                .raw
+                .create_query_pool(&info, None)
+                .named("vkCreateQueryPool")?;
             device.raw.reset_query_pool(raw, 0, count.max(1));
-            Ok(Self { raw, device: device.clone() })
+            Ok(Self {
+                raw,
+                device: device.clone(),
+            })
         }
     }
 
@@ -283,7 +310,11 @@ impl Tlas {
     /// When there are more instances than the device allows, or there is no memory.
     pub fn new(device: &Arc<Device>, instances: Vec<TlasInstance>) -> Result<Self, Error> {
         let count = instances.len() as u32;
-        check_limit("instances", u64::from(count), device.limits().max_instances.min(1 << 24))?;
+        check_limit(
+            "instances",
+            u64::from(count),
+            device.limits().max_instances.min(1 << 24),
+        )?;
         let geometry = [instance_geometry(0)];
         let info = Self::build_info(&geometry);
         let sizes = build_sizes(device, &info, &[count]);
@@ -359,7 +390,9 @@ impl Tlas {
             // SAFETY: instances, scratch memory and all structures are kept alive; an update
             // follows a build with the same count.
             unsafe {
-                device.accel.cmd_build_acceleration_structures(r.commands, &[info], &[&ranges]);
+                device
+                    .accel
+                    .cmd_build_acceleration_structures(r.commands, &[info], &[&ranges]);
             }
             Ok(())
         })?;
@@ -374,13 +407,27 @@ impl Tlas {
 }
 
 fn check_limit(what: &'static str, needed: u64, allowed: u64) -> Result<(), Error> {
-    if needed > allowed { Err(Error::Limit { what, needed, allowed }) } else { Ok(()) }
+    if needed > allowed {
+        Err(Error::Limit {
+            what,
+            needed,
+            allowed,
+        })
+    } else {
+        Ok(())
+    }
 }
 
 /// Scratch memory with room to align its start.
 fn scratch_buffer(device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, Error> {
     let size = size + u64::from(device.limits().scratch_alignment);
-    Buffer::new(device, "build scratch", size, Usage::STORAGE_BUFFER, Location::Device)
+    Buffer::new(
+        device,
+        "build scratch",
+        size,
+        Usage::STORAGE_BUFFER,
+        Location::Device,
+    )
 }
 
 fn build_sizes(
@@ -413,7 +460,9 @@ fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryK
         .map(|g| {
             let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
                 .vertex_format(vk::Format::R32G32B32_SFLOAT)
-                .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: positions })
+                .vertex_data(vk::DeviceOrHostAddressConstKHR {
+                    device_address: positions,
+                })
                 .vertex_stride(12)
                 .max_vertex(input.position_count - 1)
                 .index_type(vk::IndexType::UINT32)
@@ -434,8 +483,11 @@ fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryK
 }
 
 fn instance_geometry(address: u64) -> vk::AccelerationStructureGeometryKHR<'static> {
-    let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default()
-        .data(vk::DeviceOrHostAddressConstKHR { device_address: address });
+    let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
+        vk::DeviceOrHostAddressConstKHR {
+            device_address: address,
+        },
+    );
     vk::AccelerationStructureGeometryKHR::default()
         .geometry_type(vk::GeometryTypeKHR::INSTANCES)
         .geometry(vk::AccelerationStructureGeometryDataKHR { instances })

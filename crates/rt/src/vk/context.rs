@@ -42,7 +42,10 @@ impl Instance {
             .named("vkEnumerateInstanceVersion")?
             .unwrap_or(vk::API_VERSION_1_0);
         if version < vk::API_VERSION_1_3 {
-            let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+            let (major, minor) = (
+                vk::api_version_major(version),
+                vk::api_version_minor(version),
+            );
             let text = format!("the Vulkan loader is version {major}.{minor}, 1.3 is needed");
             return Err(Error::NoVulkan(text));
         }
@@ -56,7 +59,10 @@ impl Instance {
             // SAFETY: a global command without parameters.
             let layers = unsafe { entry.enumerate_instance_layer_properties() }
                 .named("vkEnumerateInstanceLayerProperties")?;
-            if !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
+            if !layers
+                .iter()
+                .any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
+            {
                 return Err(Error::NoVulkan(
                     "the validation layer VK_LAYER_KHRONOS_validation is not installed".into(),
                 ));
@@ -70,7 +76,8 @@ impl Instance {
         let debug_names = has_debug_utils || options.validation;
         let names = [ext::debug_utils::NAME.as_ptr()];
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut validation = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let mut validation =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
         if debug_names {
             info = info.enabled_extension_names(&names);
@@ -107,13 +114,22 @@ impl Instance {
         } else {
             None
         };
-        Ok(Arc::new(Self { messenger, raw, debug_names, messages, _entry: entry }))
+        Ok(Arc::new(Self {
+            messenger,
+            raw,
+            debug_names,
+            messages,
+            _entry: entry,
+        }))
     }
 
     /// What the validation layer has said so far; empty without validation.
     #[must_use]
     pub fn validation_messages(&self) -> Vec<String> {
-        self.messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.messages
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .clone()
     }
 }
 

@@ -124,7 +124,10 @@ impl Features {
     fn each(&mut self, mut visit: impl FnMut(&'static str, &mut vk::Bool32)) {
         visit("bufferDeviceAddress", &mut self.v12.buffer_device_address);
         visit("scalarBlockLayout", &mut self.v12.scalar_block_layout);
-        visit("runtimeDescriptorArray", &mut self.v12.runtime_descriptor_array);
+        visit(
+            "runtimeDescriptorArray",
+            &mut self.v12.runtime_descriptor_array,
+        );
         visit(
             "shaderSampledImageArrayNonUniformIndexing",
             &mut self.v12.shader_sampled_image_array_non_uniform_indexing,
@@ -133,8 +136,14 @@ impl Features {
         visit("hostQueryReset", &mut self.v12.host_query_reset);
         visit("synchronization2", &mut self.v13.synchronization2);
         visit("maintenance4", &mut self.v13.maintenance4);
-        visit("accelerationStructure", &mut self.accel.acceleration_structure);
-        visit("rayTracingPipeline", &mut self.ray_tracing.ray_tracing_pipeline);
+        visit(
+            "accelerationStructure",
+            &mut self.accel.acceleration_structure,
+        );
+        visit(
+            "rayTracingPipeline",
+            &mut self.ray_tracing.ray_tracing_pipeline,
+        );
     }
 }
 
@@ -145,9 +154,13 @@ impl Instance {
     /// When the enumeration fails.
     pub fn devices(&self) -> Result<Vec<DeviceInfo>, Error> {
         // SAFETY: the instance is alive.
-        let physical = unsafe { self.raw.enumerate_physical_devices() }
-            .named("vkEnumeratePhysicalDevices")?;
-        physical.iter().enumerate().map(|(i, &p)| self.describe(i, p)).collect()
+        let physical =
+            unsafe { self.raw.enumerate_physical_devices() }.named("vkEnumeratePhysicalDevices")?;
+        physical
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| self.describe(i, p))
+            .collect()
     }
 
     fn describe(&self, index: usize, physical: vk::PhysicalDevice) -> Result<DeviceInfo, Error> {
@@ -168,14 +181,19 @@ impl Instance {
             (properties, extensions)
         };
         let api = properties.api_version;
-        let api_version =
-            format!("{}.{}", vk::api_version_major(api), vk::api_version_minor(api));
+        let api_version = format!(
+            "{}.{}",
+            vk::api_version_major(api),
+            vk::api_version_minor(api)
+        );
         let mut lacking = Vec::new();
         if api < vk::API_VERSION_1_3 {
             lacking.push(format!("Vulkan 1.3 (it has {api_version})"));
         }
         let known = |name: &CStr| {
-            extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+            extensions
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(name))
         };
         for name in EXTENSIONS {
             if !known(name) {
@@ -198,7 +216,11 @@ impl Instance {
             lacking.push("a queue with compute".to_owned());
         }
         let text = |chars: &[std::ffi::c_char]| {
-            let bytes: Vec<u8> = chars.iter().map(|&c| c as u8).take_while(|&c| c != 0).collect();
+            let bytes: Vec<u8> = chars
+                .iter()
+                .map(|&c| c as u8)
+                .take_while(|&c| c != 0)
+                .collect();
             String::from_utf8_lossy(&bytes).into_owned()
         };
         let kind = match properties.device_type {
@@ -211,7 +233,11 @@ impl Instance {
         Ok(DeviceInfo {
             index,
             name: text(&properties.device_name),
-            driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)),
+            driver: format!(
+                "{} {}",
+                text(&driver.driver_name),
+                text(&driver.driver_info)
+            ),
             api_version,
             kind,
             lacking,
@@ -237,9 +263,12 @@ impl Instance {
 
     fn queue_family(&self, physical: vk::PhysicalDevice) -> Option<u32> {
         // SAFETY: a plain query.
-        let families =
-            unsafe { self.raw.get_physical_device_queue_family_properties(physical) };
-        let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
+        let families = unsafe {
+            self.raw
+                .get_physical_device_queue_family_properties(physical)
+        };
+        let computes =
+            |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
         families.iter().position(computes).map(|i| i as u32)
     }
 }
@@ -258,12 +287,17 @@ impl Device {
             .ok_or_else(|| Error::NoVulkan(format!("there is no Vulkan device {index}")))?;
         let info = instance.describe(index, physical)?;
         if !info.is_usable() {
-            return Err(Error::Unusable { name: info.name, lacking: info.lacking });
+            return Err(Error::Unusable {
+                name: info.name,
+                lacking: info.lacking,
+            });
         }
-        let family = instance.queue_family(physical).ok_or_else(|| Error::Unusable {
-            name: info.name.clone(),
-            lacking: vec!["a queue with compute".into()],
-        })?;
+        let family = instance
+            .queue_family(physical)
+            .ok_or_else(|| Error::Unusable {
+                name: info.name.clone(),
+                lacking: vec!["a queue with compute".into()],
+            })?;
 
         let mut features = Features::default();
         features.each(|_, on| *on = vk::TRUE);
@@ -301,7 +335,9 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             ray_tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
-            debug: instance.debug_names.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
+            debug: instance
+                .debug_names
+                .then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
             raw,
             info,
             limits,
@@ -330,8 +366,12 @@ impl Device {
     /// Gives an object a name that validation layers and debuggers show.
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         let Some(debug) = &self.debug else { return };
-        let Ok(name) = std::ffi::CString::new(name) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        let Ok(name) = std::ffi::CString::new(name) else {
+            return;
+        };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default()
+            .object_handle(object)
+            .object_name(&name);
         // SAFETY: the object was made by this device. A name that fails to stick harms nothing.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }
@@ -341,16 +381,19 @@ impl Instance {
     fn limits(&self, physical: vk::PhysicalDevice, family: u32) -> Limits {
         let mut accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
         let mut rt = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
-        let mut two =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut accel).push_next(&mut rt);
+        let mut two = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut accel)
+            .push_next(&mut rt);
         // SAFETY: plain queries of a physical device of this instance.
         let families = unsafe {
             self.raw.get_physical_device_properties2(physical, &mut two);
-            self.raw.get_physical_device_queue_family_properties(physical)
+            self.raw
+                .get_physical_device_queue_family_properties(physical)
         };
         let base = two.properties.limits;
-        let has_timestamps =
-            families.get(family as usize).is_some_and(|f| f.timestamp_valid_bits > 0);
+        let has_timestamps = families
+            .get(family as usize)
+            .is_some_and(|f| f.timestamp_valid_bits > 0);
         Limits {
             group_handle_size: rt.shader_group_handle_size,
             group_handle_alignment: rt.shader_group_handle_alignment,
@@ -365,7 +408,11 @@ impl Instance {
                 .min(base.max_descriptor_set_sampled_images),
             max_image_size: base.max_image_dimension2_d,
             max_storage_range: base.max_storage_buffer_range,
-            timestamp_period: if has_timestamps { base.timestamp_period } else { 0.0 },
+            timestamp_period: if has_timestamps {
+                base.timestamp_period
+            } else {
+                0.0
+            },
         }
     }
 }

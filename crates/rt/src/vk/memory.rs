@@ -34,7 +34,10 @@ impl Device {
         location: Location,
         linear: bool,
     ) -> Result<Allocation, Error> {
-        let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut allocator = self
+            .allocator
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         allocator
             .allocate(&AllocationCreateDesc {
                 name,
@@ -55,7 +58,10 @@ impl Device {
     }
 
     fn release(&self, allocation: Option<Allocation>) {
-        let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut allocator = self
+            .allocator
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if let Some(Err(error)) = allocation.map(|a| allocator.free(a)) {
             tracing::error!("GPU memory could not be freed: {error}");
         }
@@ -74,7 +80,9 @@ impl Buffer {
         usage: Usage,
         location: Location,
     ) -> Result<Arc<Self>, Error> {
-        Ok(Arc::new(Self::unshared(device, name, size, usage, location)?))
+        Ok(Arc::new(Self::unshared(
+            device, name, size, usage, location,
+        )?))
     }
 
     fn unshared(
@@ -92,7 +100,13 @@ impl Buffer {
         // also when a later step fails.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.named("vkCreateBuffer")?;
         device.name(raw, name);
-        let mut buffer = Self { raw, allocation: None, size, address: 0, device: device.clone() };
+        let mut buffer = Self {
+            raw,
+            allocation: None,
+            size,
+            address: 0,
+            device: device.clone(),
+        };
         // SAFETY: the buffer and its fresh memory belong together; binding happens once.
         unsafe {
             let mut requirements = device.raw.get_buffer_memory_requirements(raw);
@@ -101,7 +115,10 @@ impl Buffer {
             let base = u64::from(device.limits().group_base_alignment);
             requirements.alignment = requirements.alignment.max(256).max(base);
             let allocation = device.allocate(name, requirements, location, true)?;
-            let bound = device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset());
+            let bound =
+                device
+                    .raw
+                    .bind_buffer_memory(raw, allocation.memory(), allocation.offset());
             buffer.allocation = Some(allocation);
             bound.named("vkBindBufferMemory")?;
             buffer.address = device
@@ -129,9 +146,14 @@ impl Buffer {
 
     fn mapped_mut(&mut self, name: &str) -> Result<&mut [u8], Error> {
         let size = self.size;
-        self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).ok_or_else(|| {
-            Error::Memory { name: name.to_owned(), size, reason: "not visible to the host".into() }
-        })
+        self.allocation
+            .as_mut()
+            .and_then(Allocation::mapped_slice_mut)
+            .ok_or_else(|| Error::Memory {
+                name: name.to_owned(),
+                size,
+                reason: "not visible to the host".into(),
+            })
     }
 
     /// The contents of a buffer in [`Location::ReadBack`], after the device has written it.
@@ -139,11 +161,14 @@ impl Buffer {
     /// # Errors
     /// When the memory is not visible to the host.
     pub fn read(&self) -> Result<&[u8], Error> {
-        self.allocation.as_ref().and_then(Allocation::mapped_slice).ok_or_else(|| Error::Memory {
-            name: "a read-back".into(),
-            size: self.size,
-            reason: "not visible to the host".into(),
-        })
+        self.allocation
+            .as_ref()
+            .and_then(Allocation::mapped_slice)
+            .ok_or_else(|| Error::Memory {
+                name: "a read-back".into(),
+                size: self.size,
+                reason: "not visible to the host".into(),
+            })
     }
 
     pub(super) fn raw(&self) -> vk::Buffer {
@@ -191,7 +216,12 @@ impl Image {
     ///
     /// # Errors
     /// When it is larger than the device allows, or there is no memory.
-    pub fn new(device: &Arc<Device>, name: &str, width: u32, height: u32) -> Result<Arc<Self>, Error> {
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        width: u32,
+        height: u32,
+    ) -> Result<Arc<Self>, Error> {
         let allowed = device.limits().max_image_size;
         if width.max(height) > allowed {
             return Err(Error::Limit {
@@ -203,7 +233,11 @@ impl Image {
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(vk::Format::R8G8B8A8_UNORM)
-            .extent(vk::Extent3D { width, height, depth: 1 })
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })
             .mip_levels(1)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -223,7 +257,9 @@ impl Image {
         unsafe {
             let requirements = device.raw.get_image_memory_requirements(raw);
             let allocation = device.allocate(name, requirements, Location::Device, false)?;
-            let bound = device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset());
+            let bound = device
+                .raw
+                .bind_image_memory(raw, allocation.memory(), allocation.offset());
             image.allocation = Some(allocation);
             bound.named("vkBindImageMemory")?;
             let view = vk::ImageViewCreateInfo::default()
@@ -231,8 +267,10 @@ impl Image {
                 .view_type(vk::ImageViewType::TYPE_2D)
                 .format(vk::Format::R8G8B8A8_UNORM)
                 .subresource_range(COLOR);
-            image.view =
-                device.raw.create_image_view(&view, None).named("vkCreateImageView")?;
+            image.view = device
+                .raw
+                .create_image_view(&view, None)
+                .named("vkCreateImageView")?;
         }
         Ok(Arc::new(image))
     }
@@ -246,7 +284,11 @@ impl Image {
     }
 
     pub(super) fn extent(&self) -> vk::Extent3D {
-        vk::Extent3D { width: self.extent[0], height: self.extent[1], depth: 1 }
+        vk::Extent3D {
+            width: self.extent[0],
+            height: self.extent[1],
+            depth: 1,
+        }
     }
 }
 

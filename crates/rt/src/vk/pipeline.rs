@@ -40,16 +40,22 @@ impl Layout {
                 .raw
                 .create_descriptor_set_layout(&info, None)
                 .named("vkCreateDescriptorSetLayout")?;
-            let mut layout =
-                Self { sets, pipeline: vk::PipelineLayout::null(), device: device.clone() };
+            let mut layout = Self {
+                sets,
+                pipeline: vk::PipelineLayout::null(),
+                device: device.clone(),
+            };
             let layouts = [sets];
-            let ranges =
-                [vk::PushConstantRange::default().stage_flags(stages).size(push_constants)];
+            let ranges = [vk::PushConstantRange::default()
+                .stage_flags(stages)
+                .size(push_constants)];
             let info = vk::PipelineLayoutCreateInfo::default()
                 .set_layouts(&layouts)
                 .push_constant_ranges(&ranges);
-            layout.pipeline =
-                device.raw.create_pipeline_layout(&info, None).named("vkCreatePipelineLayout")?;
+            layout.pipeline = device
+                .raw
+                .create_pipeline_layout(&info, None)
+                .named("vkCreatePipelineLayout")?;
             Ok(layout)
         }
     }
@@ -60,7 +66,9 @@ impl Drop for Layout {
         // SAFETY: pipelines and sets made from it are gone or do not need it any more.
         unsafe {
             self.device.raw.destroy_pipeline_layout(self.pipeline, None);
-            self.device.raw.destroy_descriptor_set_layout(self.sets, None);
+            self.device
+                .raw
+                .destroy_descriptor_set_layout(self.sets, None);
         }
     }
 }
@@ -120,7 +128,12 @@ impl TableLayout {
             *start = end;
             end = (end + size).next_multiple_of(base);
         }
-        Self { stride, starts, sizes, total: end }
+        Self {
+            stride,
+            starts,
+            sizes,
+            total: end,
+        }
     }
 }
 
@@ -177,12 +190,25 @@ impl RayTracingPipeline {
         ];
         let layout = Layout::new(device, &bindings, push_constants, RAY_STAGES)?;
 
-        let mut modules = Modules { raw: Vec::new(), device };
+        let mut modules = Modules {
+            raw: Vec::new(),
+            device,
+        };
         let entries: Vec<_> = (0..specialization.0.len() as u32)
-            .map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 })
+            .map(|i| vk::SpecializationMapEntry {
+                constant_id: i,
+                offset: 4 * i,
+                size: 4,
+            })
             .collect();
-        let data: Vec<u8> = specialization.0.iter().flat_map(|v| v.to_ne_bytes()).collect();
-        let constants = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
+        let data: Vec<u8> = specialization
+            .0
+            .iter()
+            .flat_map(|v| v.to_ne_bytes())
+            .collect();
+        let constants = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(&data);
         let mut stages = Vec::new();
         let mut groups = Vec::new();
         let mut stage = |code: &[u32], kind: vk::ShaderStageFlags| -> Result<u32, Error> {
@@ -214,7 +240,12 @@ impl RayTracingPipeline {
         groups.push(group().ty(triangles).closest_hit_shader(closest));
         if let Some(code) = shaders.any_hit {
             let any = stage(code, vk::ShaderStageFlags::ANY_HIT_KHR)?;
-            groups.push(group().ty(triangles).closest_hit_shader(closest).any_hit_shader(any));
+            groups.push(
+                group()
+                    .ty(triangles)
+                    .closest_hit_shader(closest)
+                    .any_hit_shader(any),
+            );
         }
 
         let info = vk::RayTracingPipelineCreateInfoKHR::default()
@@ -248,7 +279,13 @@ impl RayTracingPipeline {
                 return Err(error);
             }
         };
-        Ok(Arc::new(Self { raw, layout, _table: table, regions, textures }))
+        Ok(Arc::new(Self {
+            raw,
+            layout,
+            _table: table,
+            regions,
+            textures,
+        }))
     }
 
     /// Records one thread per pixel of `size`.
@@ -266,7 +303,11 @@ impl RayTracingPipeline {
         let threads = u64::from(size[0]) * u64::from(size[1]);
         let allowed = u64::from(device.limits().max_ray_dispatch);
         if threads > allowed {
-            return Err(Error::Limit { what: "pixels", needed: threads, allowed });
+            return Err(Error::Limit {
+                what: "pixels",
+                needed: threads,
+                allowed,
+            });
         }
         recording.access(&[Access::TraceRead, Access::TraceWrite]);
         let commands = recording.commands;
@@ -276,8 +317,12 @@ impl RayTracingPipeline {
         unsafe {
             device.raw.cmd_bind_pipeline(commands, point, self.raw);
             let layout = self.layout.pipeline;
-            device.raw.cmd_bind_descriptor_sets(commands, point, layout, 0, &[set.raw], &[]);
-            device.raw.cmd_push_constants(commands, layout, RAY_STAGES, 0, push_constants);
+            device
+                .raw
+                .cmd_bind_descriptor_sets(commands, point, layout, 0, &[set.raw], &[]);
+            device
+                .raw
+                .cmd_push_constants(commands, layout, RAY_STAGES, 0, push_constants);
             let [raygen, miss, hit] = &self.regions;
             device
                 .ray_tracing
@@ -359,7 +404,11 @@ impl DescriptorSet {
         tlas: &Tlas,
         textures: Vec<Arc<Image>>,
     ) -> Result<Arc<Self>, Error> {
-        assert_eq!(textures.len(), pipeline.textures as usize, "one texture per descriptor");
+        assert_eq!(
+            textures.len(),
+            pipeline.textures as usize,
+            "one texture per descriptor"
+        );
         let device = &pipeline.layout.device;
         let sizes = [
             vk::DescriptorPoolSize {
@@ -373,8 +422,8 @@ impl DescriptorSet {
         ];
         let set = Self::allocate(device, &sizes, pipeline.layout.sets, textures)?;
         let tlas = [*tlas.raw()];
-        let mut structures =
-            vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&tlas);
+        let mut structures = vk::WriteDescriptorSetAccelerationStructureKHR::default()
+            .acceleration_structures(&tlas);
         let images: Vec<_> = set
             ._textures
             .iter()
@@ -408,11 +457,15 @@ impl DescriptorSet {
         layout: vk::DescriptorSetLayout,
         textures: Vec<Arc<Image>>,
     ) -> Result<Self, Error> {
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(sizes);
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(1)
+            .pool_sizes(sizes);
         // SAFETY: valid create infos; the value made at once owns the pool and with it the set.
         unsafe {
-            let pool =
-                device.raw.create_descriptor_pool(&info, None).named("vkCreateDescriptorPool")?;
+            let pool = device
+                .raw
+                .create_descriptor_pool(&info, None)
+                .named("vkCreateDescriptorPool")?;
             let mut set = Self {
                 raw: vk::DescriptorSet::null(),
                 pool,
@@ -420,10 +473,13 @@ impl DescriptorSet {
                 device: device.clone(),
             };
             let layouts = [layout];
-            let info =
-                vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
-            set.raw =
-                device.raw.allocate_descriptor_sets(&info).named("vkAllocateDescriptorSets")?[0];
+            let info = vk::DescriptorSetAllocateInfo::default()
+                .descriptor_pool(pool)
+                .set_layouts(&layouts);
+            set.raw = device
+                .raw
+                .allocate_descriptor_sets(&info)
+                .named("vkAllocateDescriptorSets")?[0];
             Ok(set)
         }
     }
@@ -466,7 +522,10 @@ impl ComputePipeline {
             })
             .collect();
         let layout = Layout::new(device, &bindings, push_constants, stage)?;
-        let mut modules = Modules { raw: Vec::new(), device };
+        let mut modules = Modules {
+            raw: Vec::new(),
+            device,
+        };
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(
                 vk::PipelineShaderStageCreateInfo::default()
@@ -484,7 +543,11 @@ impl ComputePipeline {
                 .named("vkCreateComputePipelines")?[0]
         };
         device.name(raw, name);
-        Ok(Arc::new(Self { raw, layout, buffers }))
+        Ok(Arc::new(Self {
+            raw,
+            layout,
+            buffers,
+        }))
     }
 
     /// Records a dispatch of `groups` workgroups over byte ranges of buffers, one per binding.
@@ -498,23 +561,39 @@ impl ComputePipeline {
         push_constants: &[u8],
         groups: [u32; 2],
     ) -> Result<(), Error> {
-        assert_eq!(buffers.len(), self.buffers as usize, "one buffer per binding");
+        assert_eq!(
+            buffers.len(),
+            self.buffers as usize,
+            "one buffer per binding"
+        );
         let device = recording.device.clone();
         let allowed = u64::from(device.limits().max_storage_range);
         for &(_, range) in buffers {
             if range > allowed {
-                return Err(Error::Limit { what: "bytes in one buffer", needed: range, allowed });
+                return Err(Error::Limit {
+                    what: "bytes in one buffer",
+                    needed: range,
+                    allowed,
+                });
             }
         }
         let sizes = [vk::DescriptorPoolSize {
             ty: vk::DescriptorType::STORAGE_BUFFER,
             descriptor_count: self.buffers,
         }];
-        let set = Arc::new(DescriptorSet::allocate(&device, &sizes, self.layout.sets, Vec::new())?);
+        let set = Arc::new(DescriptorSet::allocate(
+            &device,
+            &sizes,
+            self.layout.sets,
+            Vec::new(),
+        )?);
         let infos: Vec<_> = buffers
             .iter()
             .map(|(b, range)| {
-                [vk::DescriptorBufferInfo::default().buffer(b.raw()).offset(0).range(*range)]
+                [vk::DescriptorBufferInfo::default()
+                    .buffer(b.raw())
+                    .offset(0)
+                    .range(*range)]
             })
             .collect();
         let writes: Vec<_> = infos
@@ -536,7 +615,9 @@ impl ComputePipeline {
             device.raw.update_descriptor_sets(&writes, &[]);
             device.raw.cmd_bind_pipeline(commands, point, self.raw);
             let layout = self.layout.pipeline;
-            device.raw.cmd_bind_descriptor_sets(commands, point, layout, 0, &[set.raw], &[]);
+            device
+                .raw
+                .cmd_bind_descriptor_sets(commands, point, layout, 0, &[set.raw], &[]);
             device.raw.cmd_push_constants(
                 commands,
                 layout,
@@ -590,7 +671,10 @@ mod tests {
             let layout = TableLayout::new(&limits(size, handle, base), 2, 2);
             assert_eq!(layout.stride % u64::from(handle), 0);
             assert!(layout.stride >= u64::from(size));
-            assert_eq!(layout.sizes, [layout.stride, 2 * layout.stride, 2 * layout.stride]);
+            assert_eq!(
+                layout.sizes,
+                [layout.stride, 2 * layout.stride, 2 * layout.stride]
+            );
             for i in 0..3 {
                 assert_eq!(layout.starts[i] % u64::from(base), 0);
                 let end = layout.starts.get(i + 1).copied().unwrap_or(layout.total);

@@ -74,18 +74,31 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    pub(super) fn new(device: &ash::Device, family: u32, timestamp_period: f32) -> Result<Self, Error> {
+    pub(super) fn new(
+        device: &ash::Device,
+        family: u32,
+        timestamp_period: f32,
+    ) -> Result<Self, Error> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default()
             .semaphore_type(vk::SemaphoreType::TIMELINE)
             .initial_value(0);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: the family was asked for when the device was made; timeline semaphores are on.
         let (raw, timeline) = unsafe {
-            let timeline = device.create_semaphore(&info, None).named("vkCreateSemaphore")?;
+            let timeline = device
+                .create_semaphore(&info, None)
+                .named("vkCreateSemaphore")?;
             (device.get_device_queue(family, 0), timeline)
         };
         let submitted = Mutex::new(0);
-        Ok(Self { raw, family, timestamp_period, timeline, submitted, device: device.clone() })
+        Ok(Self {
+            raw,
+            family,
+            timestamp_period,
+            timeline,
+            submitted,
+            device: device.clone(),
+        })
     }
 }
 
@@ -136,7 +149,9 @@ impl Recording {
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue.family);
         // SAFETY: valid create infos; the value made at once owns and frees the pools.
         unsafe {
-            let pool = raw.create_command_pool(&pool, None).named("vkCreateCommandPool")?;
+            let pool = raw
+                .create_command_pool(&pool, None)
+                .named("vkCreateCommandPool")?;
             let mut recording = Self {
                 commands: vk::CommandBuffer::null(),
                 pool,
@@ -150,19 +165,27 @@ impl Recording {
                 let queries = vk::QueryPoolCreateInfo::default()
                     .query_type(vk::QueryType::TIMESTAMP)
                     .query_count(2 * MAX_SPANS);
-                recording.queries =
-                    raw.create_query_pool(&queries, None).named("vkCreateQueryPool")?;
+                recording.queries = raw
+                    .create_query_pool(&queries, None)
+                    .named("vkCreateQueryPool")?;
                 raw.reset_query_pool(recording.queries, 0, 2 * MAX_SPANS);
             }
-            let info =
-                vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-            let buffers = raw.allocate_command_buffers(&info).named("vkAllocateCommandBuffers")?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(pool)
+                .command_buffer_count(1);
+            let buffers = raw
+                .allocate_command_buffers(&info)
+                .named("vkAllocateCommandBuffers")?;
             recording.commands = buffers[0];
             let begin = vk::CommandBufferBeginInfo::default()
                 .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            raw.begin_command_buffer(recording.commands, &begin).named("vkBeginCommandBuffer")?;
+            raw.begin_command_buffer(recording.commands, &begin)
+                .named("vkBeginCommandBuffer")?;
             recording.barrier(
-                (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE),
+                (
+                    vk::PipelineStageFlags2::ALL_COMMANDS,
+                    vk::AccessFlags2::MEMORY_WRITE,
+                ),
                 (
                     vk::PipelineStageFlags2::ALL_COMMANDS,
                     vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
@@ -195,12 +218,19 @@ impl Recording {
         let stages = vk::PipelineStageFlags2::ALL_COMMANDS;
         // SAFETY: the pool has two queries for each span, reset when the recording began.
         unsafe {
-            self.device.raw.cmd_write_timestamp2(self.commands, stages, self.queries, 2 * index);
+            self.device
+                .raw
+                .cmd_write_timestamp2(self.commands, stages, self.queries, 2 * index);
         }
         let result = record(self);
         // SAFETY: as above.
         unsafe {
-            self.device.raw.cmd_write_timestamp2(self.commands, stages, self.queries, 2 * index + 1);
+            self.device.raw.cmd_write_timestamp2(
+                self.commands,
+                stages,
+                self.queries,
+                2 * index + 1,
+            );
         }
         result
     }
@@ -210,7 +240,9 @@ impl Recording {
     /// Memory is not told apart: a write waits for everything open, a read for all open writes.
     pub(super) fn access(&mut self, accesses: &[Access]) {
         let conflicts = |earlier: &Access| {
-            accesses.iter().any(|later| earlier.writes() || later.writes())
+            accesses
+                .iter()
+                .any(|later| earlier.writes() || later.writes())
         };
         if self.open.iter().any(conflicts) {
             let union = |list: &[Access]| {
@@ -248,11 +280,21 @@ impl Recording {
     /// Copies `size` bytes between buffers.
     pub fn copy(&mut self, from: &Arc<Buffer>, to: &Arc<Buffer>, offsets: (u64, u64), size: u64) {
         self.access(&[Access::TransferRead, Access::TransferWrite]);
-        let region = vk::BufferCopy { src_offset: offsets.0, dst_offset: offsets.1, size };
-        // SAFETY: both buffers are kept alive; ranges are the caller's to get right and checked by
-        // the assertion.
-        assert!(offsets.0 + size <= from.size() && offsets.1 + size <= to.size(), "copy in range");
-        unsafe { self.device.raw.cmd_copy_buffer(self.commands, from.raw(), to.raw(), &[region]) };
+        let region = vk::BufferCopy {
+            src_offset: offsets.0,
+            dst_offset: offsets.1,
+            size,
+        };
+        assert!(
+            offsets.0 + size <= from.size() && offsets.1 + size <= to.size(),
+            "copy in range"
+        );
+        // SAFETY: both buffers are kept alive, and the ranges were checked.
+        unsafe {
+            self.device
+                .raw
+                .cmd_copy_buffer(self.commands, from.raw(), to.raw(), &[region])
+        };
         self.keep(from.clone());
         self.keep(to.clone());
     }
@@ -262,7 +304,9 @@ impl Recording {
         self.access(&[Access::TransferWrite]);
         // SAFETY: the buffer is kept alive.
         unsafe {
-            self.device.raw.cmd_fill_buffer(self.commands, buffer.raw(), 0, vk::WHOLE_SIZE, 0);
+            self.device
+                .raw
+                .cmd_fill_buffer(self.commands, buffer.raw(), 0, vk::WHOLE_SIZE, 0);
         }
         self.keep(buffer.clone());
     }
@@ -333,9 +377,13 @@ impl Recording {
         // SAFETY: the command buffer is complete; everything it uses is in `self.used`, which lives
         // until the semaphore has reached the submission's value.
         unsafe {
-            raw.end_command_buffer(self.commands).named("vkEndCommandBuffer")?;
+            raw.end_command_buffer(self.commands)
+                .named("vkEndCommandBuffer")?;
             let value = {
-                let mut submitted = queue.submitted.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut submitted = queue
+                    .submitted
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner);
                 let value = *submitted + 1;
                 let buffers =
                     [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
@@ -346,14 +394,17 @@ impl Recording {
                 let info = vk::SubmitInfo2::default()
                     .command_buffer_infos(&buffers)
                     .signal_semaphore_infos(&signals);
-                raw.queue_submit2(queue.raw, &[info], vk::Fence::null()).named("vkQueueSubmit2")?;
+                raw.queue_submit2(queue.raw, &[info], vk::Fence::null())
+                    .named("vkQueueSubmit2")?;
                 *submitted = value;
                 value
             };
             let (semaphores, values) = ([queue.timeline], [value]);
-            let wait =
-                vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
-            raw.wait_semaphores(&wait, u64::MAX).named("vkWaitSemaphores")?;
+            let wait = vk::SemaphoreWaitInfo::default()
+                .semaphores(&semaphores)
+                .values(&values);
+            raw.wait_semaphores(&wait, u64::MAX)
+                .named("vkWaitSemaphores")?;
             self.timings()
         }
     }
@@ -379,7 +430,10 @@ impl Recording {
         let to_ms = f64::from(self.device.queue.timestamp_period) * 1e-6;
         let spans = self.spans.iter().zip(ticks.chunks_exact(2));
         Ok(spans
-            .map(|(&name, t)| Timing { name, milliseconds: t[1].wrapping_sub(t[0]) as f64 * to_ms })
+            .map(|(&name, t)| Timing {
+                name,
+                milliseconds: t[1].wrapping_sub(t[0]) as f64 * to_ms,
+            })
             .collect())
     }
 }

@@ -47,6 +47,24 @@ fn intensity(light: f32, wait: f32, falloff: Falloff) -> f32 {
     }
 }
 
+/// Mean radiance of the sky, as luminance, that gives ground under open sky the irradiance which
+/// worldspawn's sun keys ask for; 0 without any.
+///
+/// A sun of strength `n` gives `pi / 128 * n / 2` to a surface that faces it (the compilers halve
+/// it like every light), a dome of strength `n` a radiance of about `0.003 n`. A sun is not a
+/// direction here yet: its light comes evenly from the whole sky.
+pub fn sky_radiance(world: &Entity) -> f32 {
+    let number = |key| world.float_loose(key).unwrap_or(0.0).max(0.0);
+    let angles = ["sun_mangle", "sunlight_mangle"].map(|key| world.get_loose(key));
+    let pitch = angles
+        .into_iter()
+        .flatten()
+        .next()
+        .and_then(|text| numbers(text).nth(1)?);
+    let height = pitch.unwrap_or(-90.0f32).to_radians().sin().abs();
+    number("sunlight") / 256.0 * height + 0.003 * number("sunlight2")
+}
+
 /// All light entities that shine at `time`. `shallow` says that the level's tree can be asked.
 pub fn lights(level: &Level, shallow: bool, time: f64, notes: &mut Notes) -> Vec<PointLight> {
     let targets = Targets::new(&level.entities);

@@ -18,7 +18,8 @@ pub const LAVA_GLOW: f32 = 1.0;
 pub const TELEPORTER_GLOW: f32 = 0.5;
 /// Radiance of slime, likewise.
 pub const SLIME_GLOW: f32 = 0.1;
-/// Radiance of a white sky texel: the sky shows as bright as in Quake.
+/// Least radiance of a white sky texel: the sky shows as bright as in Quake. Where the level asks
+/// for sunlight the sky is brighter; see [`MaterialSet::sky_radiance`].
 pub const SKY_SCALE: f32 = 1.0;
 /// Sky where the level has no picture of one: a clouded evening, linear RGB.
 pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
@@ -34,12 +35,22 @@ pub struct MaterialSet {
     pub textures: Vec<Texture>,
     /// The sky; the first sky texture that is drawn decides.
     pub sky: Sky,
+    /// Mean radiance of the sky, as luminance, that the level's sun keys ask for; 0 without any.
+    pub sky_radiance: f32,
     /// Texels that emit, over all emission pictures.
     pub emissive_texels: usize,
     sky_name: Option<String>,
 }
 
 impl MaterialSet {
+    /// Nothing yet, for a level whose sun keys ask for this mean radiance of the sky.
+    pub fn new(sky_radiance: f32) -> Self {
+        Self {
+            sky_radiance,
+            ..Self::default()
+        }
+    }
+
     fn add_texture(&mut self, texture: Texture) -> TextureId {
         self.textures.push(texture);
         TextureId(self.textures.len() as u32 - 1)
@@ -182,6 +193,9 @@ impl<'a> Surfaces<'a> {
         }
         if set.sky_name.is_none() {
             set.sky_name = Some(name.to_owned());
+            // As bright as the sun keys ask, seen as a mean over the sky.
+            let asked = set.sky_radiance;
+            let scale = |mean: f32| (asked / mean.max(1e-3)).max(SKY_SCALE);
             set.sky = match picture {
                 Some(picture) => {
                     let (w, h) = (picture.miptex.width, picture.miptex.height);
@@ -193,19 +207,22 @@ impl<'a> Surfaces<'a> {
                             )
                         });
                     }
-                    let [back, front] = picture.sky_layers().map(|t| set.add_texture(t));
+                    let [back, front] = picture.sky_layers();
+                    let scale = scale(picture::sky_luminance(&back, &front));
+                    let [back, front] = [back, front].map(|t| set.add_texture(t));
                     Sky {
                         kind: SkyKind::Scrolling { back, front },
-                        scale: SKY_SCALE,
+                        scale,
                     }
                 }
                 None => {
                     notes.add("sky missing", || {
                         format!("sky texture {name:?} has no pixels: the sky has one plain colour")
                     });
+                    let mean = crate::material::luminance(FLAT_SKY.to_array());
                     Sky {
-                        kind: SkyKind::Flat(FLAT_SKY),
-                        scale: SKY_SCALE,
+                        kind: SkyKind::Flat(FLAT_SKY * scale(mean)),
+                        scale: 1.0,
                     }
                 }
             };

@@ -60,7 +60,7 @@ impl<'a> World<'a> {
             palette,
             files,
             options,
-            set: MaterialSet::default(),
+            set: MaterialSet::new(level.entities.first().map_or(0.0, lights::sky_radiance)),
             notes: Notes::default(),
             report: Report::default(),
             meshes: Vec::new(),
@@ -359,7 +359,8 @@ impl<'a> World<'a> {
         };
         if sun_keys.iter().any(sun_key) || self.level.entities.iter().any(is_sun) {
             notes.add("suns", || {
-                "suns (_sunlight and the like) are not modelled: only the sky itself shines"
+                "suns (_sunlight and the like) have no direction here: the whole sky shines as \
+                 brightly as they ask"
                     .to_owned()
             });
         }
