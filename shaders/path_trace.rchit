@@ -14,6 +14,10 @@ hitAttributeEXT vec2 barycentrics;
 void main() {
     hit.barycentrics = barycentrics;
     hit.t = gl_HitTEXT;
-    hit.instance = gl_InstanceCustomIndexEXT;
+    // The side comes from the intersection test itself: a normal, however exact, may disagree with
+    // it at grazing angles, and the path would leave on the wrong side. Front-facing triangles are
+    // those whose cross product of the edges points to the ray's origin, whatever the instance.
+    hit.instance = gl_InstanceCustomIndexEXT
+        | (gl_HitKindEXT == gl_HitKindFrontFacingTriangleEXT ? HIT_FRONT : 0u);
     hit.triangle = triangle_index();
 }

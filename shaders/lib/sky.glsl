@@ -3,21 +3,23 @@
 const float BACK_SPEED = 8.0;
 const float FRONT_SPEED = 16.0;
 
-// Quake's flattened dome: texel coordinates of a layer that scrolls at `speed` texels per second.
-vec2 sky_uv(vec3 direction, float speed) {
+// Texels of a tile that the engine's coordinates count, whatever the size of the texture.
+const float SKY_TILE = 128.0;
+
+// Texel of a layer that scrolls at `speed` tile texels per second, on Quake's flattened dome.
+vec4 sky_texel(uint layer, vec3 direction, float speed) {
     const vec3 d = direction * vec3(1.0, 1.0, 3.0);
-    return params.time * speed + d.xy * (378.0 * inversesqrt(dot(d, d)));
+    const vec2 uv = params.time * speed + d.xy * (378.0 * inversesqrt(dot(d, d)));
+    const ivec2 size = textureSize(textures[nonuniformEXT(layer)], 0);
+    return fetch(layer, uv * vec2(size) / SKY_TILE, size.x, size.y);
 }
 
 vec3 sky_radiance(vec3 direction) {
     if (SKY_KIND == SKY_FLAT) return params.scene.at[0].sky_radiance;
     if (SKY_KIND == SKY_SCROLLING) {
-        const uint back = params.scene.at[0].sky_back, front = params.scene.at[0].sky_front;
-        const ivec2 back_size = textureSize(textures[nonuniformEXT(back)], 0);
-        const ivec2 front_size = textureSize(textures[nonuniformEXT(front)], 0);
-        vec4 texel = fetch(front, sky_uv(direction, FRONT_SPEED), front_size.x, front_size.y);
+        vec4 texel = sky_texel(params.scene.at[0].sky_front, direction, FRONT_SPEED);
         if (texel.a == 0.0) {
-            texel = fetch(back, sky_uv(direction, BACK_SPEED), back_size.x, back_size.y);
+            texel = sky_texel(params.scene.at[0].sky_back, direction, BACK_SPEED);
         }
         return params.scene.at[0].sky_scale * srgb_to_linear(texel.rgb);
     }

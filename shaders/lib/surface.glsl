@@ -1,13 +1,15 @@
-// What is at a hit: position, normals, texels. Needs bindings.glsl.
+// What is at a hit: position, normals, texels. Needs bindings.glsl and payload.glsl.
 
 const float MAX_ALBEDO = 0.99;
 const float WARP_TILE = 64.0;
 
 struct Surface {
     vec3 position;   // world space
-    vec3 normal;     // unit, towards the front
+    vec3 normal;     // unit, towards the front, for shading
+    vec3 geometric;  // unit, of the triangle as it was intersected; either side
     vec3 albedo;
     vec3 emission;   // Le to the front, or to both sides
+    vec3 inward;     // from the position to the triangle's centre
     float error;     // bound of the distance between `position` and the true surface
     uint flags;      // MATERIAL_ flags
     float emission_weight;
@@ -51,10 +53,11 @@ float position_error(vec3 p0, vec3 p1, vec3 p2) {
     return max_component(largest) * (32.0 / 16777216.0);
 }
 
-Surface surface_at(uint instance_index, uint triangle_index, vec2 barycentrics) {
+Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     Triangle t = params.scene.at[0].triangles.at[triangle_index];
-    if (HAS_INSTANCES && instance_index != 0u) {
-        const Instance instance = params.scene.at[0].instances.at[instance_index];
+    if (HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u) {
+        const Instance instance =
+            params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX];
         const mat4x3 to_world = transpose(mat3x4(instance.row0, instance.row1, instance.row2));
         t.p0 = to_world * vec4(t.p0, 1.0);
         t.p1 = to_world * vec4(t.p1, 1.0);
@@ -72,6 +75,10 @@ Surface surface_at(uint instance_index, uint triangle_index, vec2 barycentrics) 
     Surface s;
     s.position = t.p0 * (1.0 - b.x - b.y) + t.p1 * b.x + t.p2 * b.y;
     s.normal = t.normal;
+    const vec3 across = cross(t.p1 - t.p0, t.p2 - t.p0);
+    const float squared = dot(across, across);
+    s.geometric = squared > 0.0 ? across * inversesqrt(squared) : t.normal;
+    s.inward = (t.p0 + t.p1 + t.p2) / 3.0 - s.position;
     s.error = position_error(t.p0, t.p1, t.p2);
     s.flags = material.flags;
     s.emission_weight = material.emission_weight;
@@ -85,11 +92,16 @@ Surface surface_at(uint instance_index, uint triangle_index, vec2 barycentrics) 
 }
 
 // Origin of a ray that leaves the surface: moved back along the way the viewer's ray came, which is
-// free, until its distance from the plane is the error bound. `n` is on the viewer's side,
-// `travelled` the length of the viewer's ray.
-vec3 spawn_origin(Surface s, vec3 n, vec3 wo, float travelled) {
-    const float cos_o = dot(n, wo);
-    const float back = min(s.error / max(cos_o, 1e-3), 0.5 * travelled);
-    // At grazing angles the way back is not enough: the normal gives the rest.
-    return s.position + wo * back + n * max(0.0, s.error - back * cos_o);
+// free, until its distance from the triangle is the error bound. `travelled` is the length of the
+// viewer's ray.
+vec3 spawn_origin(Surface s, vec3 wo, float travelled) {
+    const float cosine = dot(s.geometric, wo);
+    const float back = min(s.error / max(abs(cosine), 0.0625), 0.5 * travelled);
+    // At grazing angles the way back would be long: the normal gives the rest.
+    const vec3 n = cosine >= 0.0 ? s.geometric : -s.geometric;
+    const vec3 away = wo * back + n * max(0.0, s.error - back * abs(cosine));
+    // Rounding may have put a point at an edge behind the next triangle: a few units in the last
+    // place towards the middle bring it back.
+    const float length = max(length(s.inward), 1e-20);
+    return s.position + away + s.inward * min(0.25 * s.error / length, 1.0);
 }

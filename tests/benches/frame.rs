@@ -129,25 +129,34 @@ fn acceleration_structures(
                 .instances
                 .iter()
                 .enumerate()
-                .map(|(i, x)| if i == 0 { x.transform } else { lift * x.transform })
+                .map(|(i, x)| {
+                    if i == 0 {
+                        x.transform
+                    } else {
+                        lift * x.transform
+                    }
+                })
                 .collect();
             let timings = tracer.frame(&moved, refit, 1)?;
             let wanted = if refit { "refit TLAS" } else { "rebuild TLAS" };
-            times.extend(timings.iter().filter(|t| t.name == wanted).map(|t| t.milliseconds));
+            times.extend(
+                timings
+                    .iter()
+                    .filter(|t| t.name == wanted)
+                    .map(|t| t.milliseconds),
+            );
         }
         let name = if refit { "refit" } else { "rebuild" };
         println!("| per frame: {name} the TLAS | {:.3} |", median(times));
     }
-    println!("\nBottom-level structures, compacted: {} bytes\n", tracer.blas_bytes());
+    println!(
+        "\nBottom-level structures, compacted: {} bytes\n",
+        tracer.blas_bytes()
+    );
     Ok(())
 }
 
-fn row(
-    gpu: &Gpu,
-    scene: &Arc<Scene>,
-    settings: &Settings,
-    spp: u32,
-) -> Result<(), Box<dyn Error>> {
+fn row(gpu: &Gpu, scene: &Arc<Scene>, settings: &Settings, spp: u32) -> Result<(), Box<dyn Error>> {
     let mut tracer = PathTracer::new(gpu, scene, settings)?;
     tracer.accumulate(spp)?;
     let mut times = Vec::new();
@@ -164,7 +173,9 @@ fn row(
         let mut yardstick = Yardstick::new(gpu, scene, settings, spp)?;
         assert_eq!(yardstick.rays()?, counters.rays, "the log has every ray");
         yardstick.run()?;
-        let times = (0..REPEATS).map(|_| yardstick.run()).collect::<Result<Vec<_>, _>>()?;
+        let times = (0..REPEATS)
+            .map(|_| yardstick.run())
+            .collect::<Result<Vec<_>, _>>()?;
         let alone = median(times);
         format!("{alone:.2} | {:.2}", alone / ms)
     } else {

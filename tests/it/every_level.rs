@@ -8,8 +8,11 @@ use std::path::PathBuf;
 
 /// Levels of the test data in formats that are read: in PAKs, and loose files.
 fn all(game: &bsp::SearchPath) -> Vec<String> {
-    let mut names: Vec<String> =
-        game.list("maps/").into_iter().filter(|n| n.ends_with(".bsp")).collect();
+    let mut names: Vec<String> = game
+        .list("maps/")
+        .into_iter()
+        .filter(|n| n.ends_with(".bsp"))
+        .collect();
     let loose = std::fs::read_dir(levels::data().join("loose/bsp")).expect("loose levels");
     let mut files: Vec<PathBuf> = loose.flatten().map(|e| e.path()).collect();
     files.sort();

@@ -21,7 +21,11 @@ const MAX_FLIP: f64 = 0.01;
 fn check(name: &str, film: &Film) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden");
     let golden = folder.join(format!("{name}.exr"));
-    let style = Style { layers: vec![Layer::Beauty], half: true, ..Style::default() };
+    let style = Style {
+        layers: vec![Layer::Beauty],
+        half: true,
+        ..Style::default()
+    };
     let write = |path: &Path| {
         let outputs = Outputs::open(&[path.to_owned()]).expect("a writable folder");
         outputs.write(film, &style).expect("a picture");
@@ -33,7 +37,8 @@ fn check(name: &str, film: &Film) {
     }
     let failed = folder.join(format!("{name}.failed.exr"));
     write(&failed);
-    let read = |path: &Path| picture::read(path, picture::BEAUTY).unwrap_or_else(|e| panic!("{e:#}"));
+    let read =
+        |path: &Path| picture::read(path, picture::BEAUTY).unwrap_or_else(|e| panic!("{e:#}"));
     let (reference, image) = (read(&golden), read(&failed));
     let (found, flip) = metrics::compare(&reference, &image).expect("pictures of one size");
     let ok = found.flip <= MAX_FLIP && (found.mean_ratio - 1.0).abs() < 0.01;

@@ -12,13 +12,19 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     let mut folders = vec![root().join(folder)];
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(&folder).expect("a folder of the project").flatten() {
+        for entry in fs::read_dir(&folder)
+            .expect("a folder of the project")
+            .flatten()
+        {
             let path = entry.path();
             if path.is_dir() {
                 if !path.ends_with("target") {
                     folders.push(path);
                 }
-            } else if path.extension().is_some_and(|e| extensions.iter().any(|x| e == *x)) {
+            } else if path
+                .extension()
+                .is_some_and(|e| extensions.iter().any(|x| e == *x))
+            {
                 let text = fs::read_to_string(&path).expect("a text file");
                 found.push((path, text));
             }
@@ -47,11 +53,27 @@ fn assert_absent(folder: &str, banned: &[&str], why: &str) {
 
 #[test]
 fn rooms_do_not_know_what_they_must_not() {
-    let quake = ["bsp", "mapc", "miptex", "classname", "worldspawn", "entity", "lightstyle"];
+    let quake = [
+        "bsp",
+        "mapc",
+        "miptex",
+        "classname",
+        "worldspawn",
+        "entity",
+        "lightstyle",
+    ];
     assert_absent("crates/rt/src", &quake, "the GPU room knows no Quake");
     let vulkan = ["ash", "vk", "rt"];
-    assert_absent("crates/reference/src", &vulkan, "the judge shares nothing with the GPU");
-    assert_absent("crates/scene/src", &["ash", "vk", "rt", "File", "fs"], "no Vulkan, no files");
+    assert_absent(
+        "crates/reference/src",
+        &vulkan,
+        "the judge shares nothing with the GPU",
+    );
+    assert_absent(
+        "crates/scene/src",
+        &["ash", "vk", "rt", "File", "fs"],
+        "no Vulkan, no files",
+    );
     let rendering = ["ash", "vk", "glam", "scene", "rt"];
     assert_absent("crates/bsp/src", &rendering, "the loader knows bytes");
     for (folder, dependency) in [
@@ -65,7 +87,9 @@ fn rooms_do_not_know_what_they_must_not() {
         let manifest = fs::read_to_string(root().join(format!("crates/{folder}/Cargo.toml")));
         let manifest = manifest.expect("a manifest");
         let normal = manifest.split("[dev-dependencies]").next().unwrap_or("");
-        let found = normal.lines().any(|l| l.split(['.', ' ', '=']).next() == Some(dependency));
+        let found = normal
+            .lines()
+            .any(|l| l.split(['.', ' ', '=']).next() == Some(dependency));
         assert!(!found, "crates/{folder} depends on {dependency}");
     }
 }
@@ -92,19 +116,37 @@ fn only_the_vulkan_room_is_unsafe() {
 
 #[test]
 fn files_are_short_enough_to_read() {
-    let limits = [("crates", "rs", 1000), ("tests", "rs", 1000), ("xtask", "rs", 1000)];
+    let limits = [
+        ("crates", "rs", 1000),
+        ("tests", "rs", 1000),
+        ("xtask", "rs", 1000),
+    ];
     for (folder, extension, most) in limits {
         for (path, text) in files(folder, &[extension]) {
-            assert!(text.lines().count() <= most, "{} is too long", path.display());
+            assert!(
+                text.lines().count() <= most,
+                "{} is too long",
+                path.display()
+            );
         }
     }
-    for (path, text) in files("shaders", &["glsl", "rgen", "rchit", "rahit", "rmiss", "comp"]) {
-        assert!(text.lines().count() <= 500, "{} is too long", path.display());
+    for (path, text) in files(
+        "shaders",
+        &["glsl", "rgen", "rchit", "rahit", "rmiss", "comp"],
+    ) {
+        assert!(
+            text.lines().count() <= 500,
+            "{} is too long",
+            path.display()
+        );
     }
 }
 
 #[test]
 fn the_shaders_see_the_structs_of_the_host() {
     let committed = fs::read_to_string(root().join("shaders/abi.glsl")).expect("shaders/abi.glsl");
-    assert!(committed == rt::abi::glsl(), "shaders/abi.glsl is stale: run `cargo xtask abi`");
+    assert!(
+        committed == rt::abi::glsl(),
+        "shaders/abi.glsl is stale: run `cargo xtask abi`"
+    );
 }

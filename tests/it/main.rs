@@ -1,8 +1,35 @@
 //! The integration tests: physical truths, agreement of estimators and devices, golden pictures.
 
 mod display;
-mod energy;
 mod every_level;
 mod golden;
 mod hygiene;
 mod parity;
+mod reference;
+
+/// A file of tests, once for each renderer.
+macro_rules! on_both_renderers {
+    ($($name:ident: $file:literal),*) => { $( mod $name {
+        mod vulkan {
+            use super::super::*;
+            fn render(scene: &Arc<Scene>, settings: &Settings, samples: u32) -> Film {
+                devices::render(Device::Vulkan, scene, settings, samples)
+            }
+            mod tests { use super::render; include!($file); }
+        }
+        mod cpu {
+            use super::super::*;
+            fn render(scene: &Arc<Scene>, settings: &Settings, samples: u32) -> Film {
+                devices::render(Device::Cpu, scene, settings, samples)
+            }
+            mod tests { use super::render; include!($file); }
+        }
+    } )* };
+}
+
+use ::scene::Scene;
+use ::scene::render::{Film, Settings};
+use runelight_tests::devices::{self, Device};
+use std::sync::Arc;
+
+on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs");

@@ -80,7 +80,10 @@ fn the_same_seed_gives_the_same_picture_however_it_is_split() {
     assert_eq!(split.depth, whole.depth);
     assert_eq!(split.id, whole.id);
     view.seed = 2;
-    assert_ne!(render(Device::Vulkan, &scene, &view, 7).beauty, whole.beauty);
+    assert_ne!(
+        render(Device::Vulkan, &scene, &view, 7).beauty,
+        whole.beauty
+    );
 }
 
 /// What the camera sees first does not depend on light: the planes agree but for pixels at edges.
@@ -98,13 +101,17 @@ fn the_first_hit_layers_agree() {
     let close = |a: [f32; 3], b: [f32; 3], allowed: f32| {
         a.iter().zip(b).all(|(x, y)| (x - y).abs() <= allowed)
     };
-    agree("depth", &|i| (gpu.depth[i] - cpu.depth[i]).abs() <= 0.02 * cpu.depth[i] + 0.5);
+    agree("depth", &|i| {
+        (gpu.depth[i] - cpu.depth[i]).abs() <= 0.02 * cpu.depth[i] + 0.5
+    });
     agree("normal", &|i| close(gpu.normal[i], cpu.normal[i], 0.1));
     agree("albedo", &|i| close(gpu.albedo[i], cpu.albedo[i], 0.05));
     agree("position", &|i| {
         close(gpu.position[i], cpu.position[i], 0.03 * cpu.depth[i] + 0.5)
     });
-    agree("emission", &|i| close(gpu.emission[i], cpu.emission[i], 0.3));
+    agree("emission", &|i| {
+        close(gpu.emission[i], cpu.emission[i], 0.3)
+    });
     // The pixel's first sample is another one on each device: faces differ at their edges.
     let same = (0..pixels).filter(|&i| gpu.id[i] == cpu.id[i]).count() as f64 / pixels as f64;
     assert!(same > 0.7, "ids agree in {same} of the pixels");
@@ -113,7 +120,10 @@ fn the_first_hit_layers_agree() {
             let parts = |c: usize| film.emission[i][c] + film.direct[i][c] + film.indirect[i][c];
             for c in 0..3 {
                 let (whole, parts) = (film.beauty[i][c], parts(c));
-                assert!((whole - parts).abs() <= 1e-4 * whole + 1e-6, "{whole} is not {parts}");
+                assert!(
+                    (whole - parts).abs() <= 1e-4 * whole + 1e-6,
+                    "{whole} is not {parts}"
+                );
             }
         }
     }

@@ -61,6 +61,9 @@ pub fn render(device: Device, scene: &Arc<Scene>, settings: &Settings, samples: 
             tracer.film().expect("a film")
         }
     };
-    assert_eq!(film.counters.nonfinite, 0, "non-finite samples on {device:?}");
+    assert_eq!(
+        film.counters.nonfinite, 0,
+        "non-finite samples on {device:?}"
+    );
     film
 }

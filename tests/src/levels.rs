@@ -52,7 +52,10 @@ pub fn load(
     let level = Level::load(game, name, &Limits::default())?;
     let palette = Palette::parse(&game.read("gfx/palette.lmp")?.bytes)?;
     let files = |path: &str| game.read_optional(path).ok().flatten().map(|f| f.bytes);
-    let options = ImportOptions { lights, ..ImportOptions::default() };
+    let options = ImportOptions {
+        lights,
+        ..ImportOptions::default()
+    };
     Ok(Arc::new(import(&level, &palette, &files, &options)?))
 }
 
@@ -68,6 +71,9 @@ pub fn sample(lights: LightMode) -> Arc<Scene> {
     let bytes = read("sample.bsp");
     let level = Level::from_bytes(&search, "sample", bytes, &Limits::default()).expect("a level");
     let palette = Palette::parse(&read("palette.lmp")).expect("a palette");
-    let options = ImportOptions { lights, ..ImportOptions::default() };
+    let options = ImportOptions {
+        lights,
+        ..ImportOptions::default()
+    };
     Arc::new(import(&level, &palette, &|_: &str| None, &options).expect("a scene"))
 }

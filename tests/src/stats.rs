@@ -22,27 +22,29 @@ impl ZTest {
         let alpha = 1.0 - (1.0f64 - 0.01).powf(1.0 / comparisons as f64);
         let limit = normal_quantile(1.0 - alpha / 2.0);
         let mut passed = 0;
-        let mut sums = [[0.0f64; 3]; 3]; // means of a and b, variance of their difference
+        // Per channel: sums of a and b, variance of the difference of the sums.
+        let mut sums = [[0.0f64; 3]; 3];
         for i in 0..a.beauty.len() {
-            for c in 0..3 {
+            for (c, sums) in sums.iter_mut().enumerate() {
                 let (x, y) = (f64::from(a.beauty[i][c]), f64::from(b.beauty[i][c]));
                 let variance = f64::from(a.variance[i][c]) + f64::from(b.variance[i][c]);
                 // A floor for what is exact in both but for rounding.
                 let error = variance.sqrt().max(1e-5 * x.abs().max(y.abs()));
                 passed += usize::from((x - y).abs() <= limit * error);
-                sums[0][c] += x;
-                sums[1][c] += y;
-                sums[2][c] += variance;
+                for (sum, value) in sums.iter_mut().zip([x, y, variance]) {
+                    *sum += value;
+                }
             }
         }
-        let z = |c: usize| {
-            let scale = sums[0][c].abs().max(sums[1][c].abs());
-            (sums[0][c] - sums[1][c]).abs() / sums[2][c].sqrt().max(1e-5 * scale).max(1e-30)
+        let z = |[x, y, variance]: [f64; 3]| {
+            let scale = x.abs().max(y.abs());
+            (x - y).abs() / variance.sqrt().max(1e-5 * scale).max(1e-30)
         };
+        let total = |which: usize| sums.iter().map(|s| s[which]).sum::<f64>();
         Self {
             passed: passed as f64 / comparisons as f64,
-            mean_z: z(0).max(z(1)).max(z(2)),
-            mean_ratio: sums[0].iter().sum::<f64>() / sums[1].iter().sum::<f64>(),
+            mean_z: sums.map(z).into_iter().fold(0.0, f64::max),
+            mean_ratio: total(0) / total(1),
         }
     }
 

@@ -13,8 +13,8 @@ use std::path::Path;
 pub fn run() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/sample");
     let source = folder.join("sample.map");
-    let text =
-        fs::read_to_string(&source).map_err(|e| format!("cannot read {}: {e}", source.display()))?;
+    let text = fs::read_to_string(&source)
+        .map_err(|e| format!("cannot read {}: {e}", source.display()))?;
     let level = mapc::sample::build(&text)?;
     for warning in &level.warnings {
         eprintln!("sample.map: {warning}");

@@ -11,7 +11,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Packages that hold the Vulkan loader, the software driver and the validation layer.
-const PACKAGES: [&str; 3] = ["mesa-vulkan-drivers", "libvulkan1", "vulkan-validationlayers"];
+const PACKAGES: [&str; 3] = [
+    "mesa-vulkan-drivers",
+    "libvulkan1",
+    "vulkan-validationlayers",
+];
 
 /// Where apt finds a new enough Mesa on Debian 12.
 const BACKPORTS: &str = "/etc/apt/sources.list.d/runelight-backports.list";
@@ -32,7 +36,11 @@ pub fn run(arguments: &[String]) -> Result<(), Box<dyn Error>> {
         .args(["test", "--workspace"])
         .args(arguments)
         .status()?;
-    if status.success() { Ok(()) } else { Err("tests failed".into()) }
+    if status.success() {
+        Ok(())
+    } else {
+        Err("tests failed".into())
+    }
 }
 
 fn prepare() -> Result<(), Box<dyn Error>> {
@@ -41,7 +49,9 @@ fn prepare() -> Result<(), Box<dyn Error>> {
     }
     let os = fs::read_to_string("/etc/os-release").unwrap_or_default();
     let value = |key: &str| {
-        let line = os.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix('='));
+        let line = os
+            .lines()
+            .find_map(|l| l.strip_prefix(key)?.strip_prefix('='));
         line.unwrap_or_default().trim_matches('"').to_owned()
     };
     let debian = value("ID") == "debian" || value("ID_LIKE").contains("debian");
@@ -53,7 +63,11 @@ fn prepare() -> Result<(), Box<dyn Error>> {
             MESA.0,
             MESA.1,
             PACKAGES.join(", "),
-            if value("VERSION_CODENAME") == "bookworm" { " from bookworm-backports" } else { "" },
+            if value("VERSION_CODENAME") == "bookworm" {
+                " from bookworm-backports"
+            } else {
+                ""
+            },
         )
         .into());
     }
@@ -82,7 +96,11 @@ fn apt<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Result<(), Bo
         .stdout(Stdio::null())
         .status()
         .map_err(|e| format!("apt-get: {e}"))?;
-    if status.success() { Ok(()) } else { Err("apt-get failed, see above".into()) }
+    if status.success() {
+        Ok(())
+    } else {
+        Err("apt-get failed, see above".into())
+    }
 }
 
 fn is_root() -> bool {
@@ -91,8 +109,15 @@ fn is_root() -> bool {
 }
 
 fn has_validation_layer() -> bool {
-    ["/usr/share/vulkan/explicit_layer.d", "/etc/vulkan/explicit_layer.d"].iter().any(|folder| {
-        Path::new(folder).join("VkLayer_khronos_validation.json").exists()
+    [
+        "/usr/share/vulkan/explicit_layer.d",
+        "/etc/vulkan/explicit_layer.d",
+    ]
+    .iter()
+    .any(|folder| {
+        Path::new(folder)
+            .join("VkLayer_khronos_validation.json")
+            .exists()
     })
 }
 
@@ -109,16 +134,23 @@ fn has_software_driver() -> bool {
         }
         Ok(_) => false,
         // Another kind of system: the driver's manifest has to do, the tests say the rest.
-        Err(_) => ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"].iter().any(|folder| {
-            let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-            entries.into_iter().any(|e| e.file_name().to_string_lossy().starts_with("lvp_icd"))
-        }),
+        Err(_) => ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"]
+            .iter()
+            .any(|folder| {
+                let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+                entries
+                    .into_iter()
+                    .any(|e| e.file_name().to_string_lossy().starts_with("lvp_icd"))
+            }),
     }
 }
 
 /// Whether apt is already set up for Debian's backports.
 fn apt_knows_backports() -> bool {
-    let entries = fs::read_dir("/etc/apt/sources.list.d").into_iter().flatten().flatten();
+    let entries = fs::read_dir("/etc/apt/sources.list.d")
+        .into_iter()
+        .flatten()
+        .flatten();
     entries
         .map(|e| e.path())
         .chain([Path::new("/etc/apt/sources.list").to_owned()])

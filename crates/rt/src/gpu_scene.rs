@@ -159,7 +159,7 @@ impl GpuScene {
             .map(|(index, i)| TlasInstance {
                 blas: blas[i.mesh].clone(),
                 transform: i.transform,
-                custom_index: index as u32,
+                custom_index: custom_index(index, &i.transform),
                 hit_group: u32::from(scene.meshes[i.mesh].first_alpha_tested == 0),
             })
             .collect();
@@ -210,7 +210,8 @@ impl GpuScene {
         let device = self.instance_buffer.device().clone();
         let staged = Buffer::with_data(&device, "moved instances", Usage::empty(), bytes)?;
         recording.copy(&staged, &self.instance_buffer, (0, 0), bytes.len() as u64);
-        self.tlas.set_transforms(transforms.iter().copied());
+        let moved = transforms.iter().enumerate();
+        self.tlas.set_transforms(moved.map(|(i, t)| (*t, custom_index(i, t))));
         self.tlas.record_build(recording, refit)
     }
 
@@ -219,6 +220,26 @@ impl GpuScene {
         let (min, max) = (self.bounds.0.min(eye), self.bounds.1.max(eye));
         (max - min).length() * 1.01 + 1.0
     }
+}
+
+/// Number and flags of an instance, as `shaders/payload.glsl` reads them.
+fn custom_index(index: usize, transform: &Affine3A) -> u32 {
+    let placed = *transform != Affine3A::IDENTITY;
+    index as u32 | if placed { INSTANCE_PLACED } else { 0 }
+}
+
+/// `INSTANCE_PLACED` of `shaders/payload.glsl`.
+const INSTANCE_PLACED: u32 = 1 << 23;
+
+/// The triangle with its corners counter-clockwise about its normal: in slivers the order of the
+/// corners, rounded as they are, can disagree with the plane, and shaders take the side from it.
+fn wound(mesh: &Mesh, t: &Triangle) -> Triangle {
+    let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
+    if (b - a).cross(c - a).dot(t.normal.as_dvec3()) >= 0.0 {
+        return *t;
+    }
+    let ([v0, v1, v2], [uv0, uv1, uv2]) = (t.vertices, t.uv);
+    Triangle { vertices: [v0, v2, v1], uv: [uv0, uv2, uv1], ..*t }
 }
 
 const BUILD_INPUT: Usage = Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;

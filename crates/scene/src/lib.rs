@@ -28,7 +28,7 @@ pub use material::{Material, MaterialId, Surface, Texture, TextureId};
 pub use mesh::{Instance, Mesh, Triangle};
 pub use sky::Sky;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
 /// A level at one moment, ready to be rendered.
 ///
@@ -81,7 +81,7 @@ pub struct Features {
     pub point_lights: bool,
     /// Some of them are spotlights.
     pub spotlights: bool,
-    /// Instances other than the world exist.
+    /// Instances are placed elsewhere than where their mesh lies.
     pub instances: bool,
 }
 
@@ -180,7 +180,7 @@ impl Scene {
             emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
             point_lights: !self.lights.is_empty(),
             spotlights: self.lights.iter().any(|l| l.spot.is_some()),
-            instances: self.instances.len() > 1,
+            instances: self.instances.iter().any(|i| i.transform != Affine3A::IDENTITY),
         };
         self
     }

@@ -289,7 +289,7 @@ pub struct TlasInstance {
     pub blas: Arc<Blas>,
     /// Local to world space.
     pub transform: Affine3A,
-    /// What hit shaders see as custom index; 24 bits.
+    /// What hit shaders see as custom index; 24 bits, of which scenes use the lower 23 as number.
     pub custom_index: u32,
     /// First hit group of the mesh.
     pub hit_group: u32,
@@ -313,7 +313,7 @@ impl Tlas {
         check_limit(
             "instances",
             u64::from(count),
-            device.limits().max_instances.min(1 << 24),
+            device.limits().max_instances.min(1 << 23),
         )?;
         let geometry = [instance_geometry(0)];
         let info = Self::build_info(&geometry);
@@ -344,10 +344,11 @@ impl Tlas {
             .geometries(geometry)
     }
 
-    /// Gives every instance a new transform, in their order. Takes effect with the next build.
-    pub fn set_transforms(&mut self, transforms: impl IntoIterator<Item = Affine3A>) {
-        for (instance, transform) in self.instances.iter_mut().zip(transforms) {
-            instance.transform = transform;
+    /// Gives every instance a new transform and custom index, in their order. Takes effect with the
+    /// next build.
+    pub fn set_transforms(&mut self, placed: impl IntoIterator<Item = (Affine3A, u32)>) {
+        for (instance, (transform, custom_index)) in self.instances.iter_mut().zip(placed) {
+            (instance.transform, instance.custom_index) = (transform, custom_index);
         }
     }
 

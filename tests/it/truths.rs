@@ -1,8 +1,7 @@
-//! Pictures whose radiance is known in closed form.
+// Pictures whose radiance is known in closed form; included once for each renderer, with its
+// `render`.
 
-mod common;
-
-use common::{Builder, assert_mean, camera, probe, render, settings};
+use runelight_tests::builder::{Builder, assert_mean, camera, probe, settings};
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use scene::material::srgb_to_linear;
 use scene::render::{Estimator, Settings};
@@ -73,7 +72,7 @@ fn placing_a_box_by_a_mirroring_instance_changes_nothing() {
         t.weight = (t.p1 - t.p0).cross(t.p2 - t.p0).length() / 2.0;
     }
     scene.emitters = scene::Emitters::new(emissive, &[]);
-    let scene = Arc::new(scene);
+    let scene = Arc::new(scene.completed());
     check_furnace(&scene, 3, "mirrored box");
 }
 
@@ -179,7 +178,7 @@ fn a_light_entity_gives_intensity_times_cosine_over_squared_distance() {
                 // The sampled cosines of a large sphere vary; those of a small one hardly do, and
                 // there f32 angles of the camera limit how well the place is known.
                 let film_error = 1e-4 * expected[0];
-                let (mean, error) = common::mean_and_error(&film);
+                let (mean, error) = runelight_tests::builder::mean_and_error(&film);
                 for c in 0..3 {
                     let off = (mean[c] - expected[c]).abs();
                     assert!(

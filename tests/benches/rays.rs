@@ -1,12 +1,10 @@
 //! Rays per core-second, one line per case:
-//! `cargo bench -p reference [-- LEVEL]`, where `LEVEL` names a level of the test data.
-
-#[path = "../tests/common/mod.rs"]
-mod common;
-#[path = "../tests/common/level.rs"]
-mod level;
+//! `cargo bench -p runelight-tests --bench rays [-- LEVEL]`, where `LEVEL` names a level of the test
+//! data.
 
 use reference::Reference;
+use runelight_tests::{builder as common, levels};
+use scene::import::LightMode;
 use scene::render::{Estimator, Renderer};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -21,10 +19,9 @@ fn main() {
         let view = common::camera(glam::Vec3::ZERO, 5.0, 30.0, 90.0);
         measure("hall", &common::hall(60), view);
     }
-    let scene = level::game().and_then(|g| level::load(&g, name).map_err(|e| e.to_string()));
-    match scene {
-        Ok(scene) => measure(name, &scene, scene.cameras[0].clone()),
-        Err(why) => println!("SKIPPED: {why}"),
+    if let Some(game) = levels::game() {
+        let scene = levels::load(&game, name, LightMode::Auto).expect("a level");
+        measure(name, &scene, scene.cameras[0].clone());
     }
 }
 
