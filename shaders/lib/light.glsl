@@ -37,7 +37,8 @@ LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
     } else if (cos_light > 0.0 || (material.flags & MATERIAL_TWO_SIDED) != 0u) {
         s.emission = emission_at(material, texel_uv(material, interpolate_uv(t, b)));
     }
-    if (cos_light == 0.0) s.emission = vec3(0.0);
+    // A density that rounds to nothing can't be divided by.
+    if (cos_light == 0.0 || !(s.pdf > 0.0)) s.emission = vec3(0.0);
     return s;
 }
 

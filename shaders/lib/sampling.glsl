@@ -57,5 +57,6 @@ vec3 sample_cone(vec3 axis, float one_minus_cos_max, vec2 u) {
 
 float pdf_cone(float one_minus_cos_max) { return 1.0 / (2.0 * PI * one_minus_cos_max); }
 
-// Balance heuristic (Veach 1997) for one sample of each of two techniques.
-float mis_weight(float pdf, float other) { return pdf / (pdf + other); }
+// Balance heuristic (Veach 1997) for one sample of each of two techniques. 0 for a sample that could
+// not have been drawn: both densities may be 0 at grazing angles.
+float mis_weight(float pdf, float other) { return pdf > 0.0 ? pdf / (pdf + other) : 0.0; }
