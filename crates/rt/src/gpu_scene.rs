@@ -211,7 +211,8 @@ impl GpuScene {
         let staged = Buffer::with_data(&device, "moved instances", Usage::empty(), bytes)?;
         recording.copy(&staged, &self.instance_buffer, (0, 0), bytes.len() as u64);
         let moved = transforms.iter().enumerate();
-        self.tlas.set_transforms(moved.map(|(i, t)| (*t, custom_index(i, t))));
+        self.tlas
+            .set_transforms(moved.map(|(i, t)| (*t, custom_index(i, t))));
         self.tlas.record_build(recording, refit)
     }
 
@@ -239,7 +240,11 @@ fn wound(mesh: &Mesh, t: &Triangle) -> Triangle {
         return *t;
     }
     let ([v0, v1, v2], [uv0, uv1, uv2]) = (t.vertices, t.uv);
-    Triangle { vertices: [v0, v2, v1], uv: [uv0, uv2, uv1], ..*t }
+    Triangle {
+        vertices: [v0, v2, v1],
+        uv: [uv0, uv2, uv1],
+        ..*t
+    }
 }
 
 const BUILD_INPUT: Usage = Usage::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
