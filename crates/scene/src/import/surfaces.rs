@@ -23,6 +23,9 @@ pub const SLIME_GLOW: f32 = 0.1;
 pub const SKY_SCALE: f32 = 1.0;
 /// Sky where the level has no picture of one: a clouded evening, linear RGB.
 pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
+/// A picture of the sky is brightened this much at most; one that would need more is black but for
+/// a few stars, and makes way for plain grey of the brightness asked for.
+pub const MAX_SKY_SCALE: f32 = 1000.0;
 
 /// What all files of an import add their materials to.
 #[derive(Default)]
@@ -195,7 +198,7 @@ impl<'a> Surfaces<'a> {
             set.sky_name = Some(name.to_owned());
             // As bright as the sun keys ask, seen as a mean over the sky.
             let asked = set.sky_radiance;
-            let scale = |mean: f32| (asked / mean.max(1e-3)).max(SKY_SCALE);
+            let scale = |mean: f32| (asked / mean.max(f32::MIN_POSITIVE)).max(SKY_SCALE);
             set.sky = match picture {
                 Some(picture) => {
                     let (w, h) = (picture.miptex.width, picture.miptex.height);
@@ -208,11 +211,24 @@ impl<'a> Surfaces<'a> {
                         });
                     }
                     let [back, front] = picture.sky_layers();
-                    let scale = scale(picture::sky_luminance(&back, &front));
-                    let [back, front] = [back, front].map(|t| set.add_texture(t));
-                    Sky {
-                        kind: SkyKind::Scrolling { back, front },
-                        scale,
+                    let mean = picture::sky_luminance(&back, &front);
+                    if mean * MAX_SKY_SCALE < asked {
+                        notes.add("dark sky", || {
+                            format!(
+                                "the level asks for light from a sky whose picture {name:?} is \
+                                 black: the sky is plain grey"
+                            )
+                        });
+                        Sky {
+                            kind: SkyKind::Flat(Vec3::splat(asked)),
+                            scale: 1.0,
+                        }
+                    } else {
+                        let [back, front] = [back, front].map(|t| set.add_texture(t));
+                        Sky {
+                            kind: SkyKind::Scrolling { back, front },
+                            scale: scale(mean),
+                        }
                     }
                 }
                 None => {

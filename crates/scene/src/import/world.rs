@@ -292,10 +292,19 @@ impl<'a> World<'a> {
             });
         if twice > 0 {
             self.notes.add("lamps twice", || {
-                format!("{twice} light entities stand for bright surfaces beside them: left out")
+                let (lights, are) = match twice {
+                    1 => ("light entity", "stands"),
+                    _ => ("light entities", "stand"),
+                };
+                format!("{twice} {lights} {are} for bright surfaces beside them: left out")
             });
         }
         self.remark_what_is_not_modelled();
+        if triangles.is_empty() && lights.is_empty() {
+            self.notes.add("dark", || {
+                "nothing shines: pictures of the level are black".to_owned()
+            });
+        }
 
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
@@ -348,6 +357,16 @@ impl<'a> World<'a> {
                     "see-through liquids are not modelled: their surfaces are opaque".to_owned()
                 });
             }
+        }
+        if ["light", "minlight"]
+            .iter()
+            .any(|key| world.float_loose(key).is_some_and(|v| v > 0.0))
+        {
+            notes.add("least light", || {
+                "the least light of all surfaces (worldspawn's light) is not modelled: it comes \
+                 from nowhere"
+                    .to_owned()
+            });
         }
         let sun_keys = ["sunlight", "sunlight2", "sunlight3", "sun2"];
         let sun_key = |key: &&str| world.float_loose(key).is_some_and(|v| v != 0.0);
