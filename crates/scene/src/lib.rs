@@ -180,7 +180,10 @@ impl Scene {
             emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
             point_lights: !self.lights.is_empty(),
             spotlights: self.lights.iter().any(|l| l.spot.is_some()),
-            instances: self.instances.iter().any(|i| i.transform != Affine3A::IDENTITY),
+            instances: self
+                .instances
+                .iter()
+                .any(|i| i.transform != Affine3A::IDENTITY),
         };
         self
     }

@@ -392,3 +392,71 @@ fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
         "{out}"
     );
 }
+
+/// The counts of `info --json` against the `qbsp` crate, a reader written by others, on every level
+/// that it reads (it knows no 2PSB).
+#[test]
+fn info_counts_what_an_independent_reader_counts() {
+    use qbsp::{BspData, BspParseInput, BspParseSettings};
+    let Some(data) = test_data() else {
+        return;
+    };
+    let search = bsp::SearchPath::builder().basedir(&data).build().unwrap();
+    let loose = std::fs::read_dir(data.join("loose/bsp")).unwrap();
+    let mut files: Vec<(String, Vec<u8>)> = loose
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|e| e == "bsp"))
+        .map(|p| (p.display().to_string(), std::fs::read(&p).unwrap()))
+        .collect();
+    files.extend(
+        (search.list("maps/").into_iter())
+            .filter(|n| n.ends_with(".bsp"))
+            .map(|name| {
+                let bytes = search.read(&name).unwrap().bytes;
+                (name, bytes)
+            }),
+    );
+    files.retain(|(_, f)| f.starts_with(&[29, 0, 0, 0]) || f.starts_with(b"BSP2"));
+    assert!(files.len() >= 45, "only {} levels", files.len());
+    let dir = tempfile::tempdir().unwrap();
+    let base = data.display().to_string();
+    let mut args = vec!["info", "--json", "-q", "--basedir", &base];
+    args.extend(files.iter().map(|(name, _)| name.as_str()));
+    let (code, out, err) = run(dir.path(), &args);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(out.lines().count(), files.len());
+    for (line, (name, file)) in out.lines().zip(&files) {
+        let info: Value = serde_json::from_str(line).unwrap();
+        let settings = BspParseSettings {
+            use_bspx_rgb_lighting: false,
+            parse_bspx_structures: false,
+        };
+        let theirs = BspData::parse(BspParseInput {
+            bsp: file,
+            lit: None,
+            settings,
+        })
+        .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let format = if file.starts_with(b"BSP2") {
+            "BSP2"
+        } else {
+            "BSP29"
+        };
+        let text = String::from_utf8_lossy(&theirs.entities).into_owned();
+        // Keys and values hold no braces in these levels.
+        let entities = text.matches('{').count();
+        assert_eq!(info["format"], format, "{name}");
+        for (key, count) in [
+            ("entities", entities),
+            ("faces", theirs.faces.len()),
+            ("textures", theirs.textures.len()),
+            ("leafs", theirs.leaves.len()),
+            ("models", theirs.models.len()),
+            ("vertices", theirs.vertices.len()),
+            ("planes", theirs.planes.len()),
+            ("nodes", theirs.nodes.len()),
+        ] {
+            assert_eq!(info[key], count, "{name}: {key}");
+        }
+    }
+}

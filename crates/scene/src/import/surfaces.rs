@@ -23,9 +23,12 @@ pub const SLIME_GLOW: f32 = 0.1;
 pub const SKY_SCALE: f32 = 1.0;
 /// Sky where the level has no picture of one: a clouded evening, linear RGB.
 pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
-/// A picture of the sky is brightened this much at most; one that would need more is black but for
-/// a few stars, and makes way for plain grey of the brightness asked for.
-pub const MAX_SKY_SCALE: f32 = 1000.0;
+/// A picture of the sky is brightened this much at most: a night sky stays a night sky, whatever
+/// the level asks for.
+pub const MAX_SKY_SCALE: f32 = 32.0;
+/// A picture that would have to be brightened this much is black, and makes way for plain grey of
+/// the radiance asked for: the level would have no light at all.
+pub const BLACK_SKY_SCALE: f32 = 1000.0;
 
 /// What all files of an import add their materials to.
 #[derive(Default)]
@@ -198,7 +201,8 @@ impl<'a> Surfaces<'a> {
             set.sky_name = Some(name.to_owned());
             // As bright as the sun keys ask, seen as a mean over the sky.
             let asked = set.sky_radiance;
-            let scale = |mean: f32| (asked / mean.max(f32::MIN_POSITIVE)).max(SKY_SCALE);
+            let scale =
+                |mean: f32| (asked / mean.max(f32::MIN_POSITIVE)).clamp(SKY_SCALE, MAX_SKY_SCALE);
             set.sky = match picture {
                 Some(picture) => {
                     let (w, h) = (picture.miptex.width, picture.miptex.height);
@@ -212,7 +216,7 @@ impl<'a> Surfaces<'a> {
                     }
                     let [back, front] = picture.sky_layers();
                     let mean = picture::sky_luminance(&back, &front);
-                    if mean * MAX_SKY_SCALE < asked {
+                    if mean * BLACK_SKY_SCALE < asked {
                         notes.add("dark sky", || {
                             format!(
                                 "the level asks for light from a sky whose picture {name:?} is \
