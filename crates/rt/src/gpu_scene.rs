@@ -59,12 +59,11 @@ impl GpuScene {
                 index_base: indices.len() as u64,
             });
             positions.extend(mesh.positions.iter().map(Vec3::to_array));
-            indices.extend(mesh.triangles.iter().map(|t| t.vertices));
-            triangles.extend(
-                mesh.triangles
-                    .iter()
-                    .map(|t| triangle(mesh, t, &Affine3A::IDENTITY)),
-            );
+            for t in &mesh.triangles {
+                let t = wound(mesh, t);
+                indices.push(t.vertices);
+                triangles.push(triangle(mesh, &t, &Affine3A::IDENTITY));
+            }
         }
         let emitters: Vec<_> = scene
             .emitters

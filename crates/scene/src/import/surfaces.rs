@@ -19,7 +19,7 @@ pub const TELEPORTER_GLOW: f32 = 0.5;
 /// Radiance of slime, likewise.
 pub const SLIME_GLOW: f32 = 0.1;
 /// Least radiance of a white sky texel: the sky shows as bright as in Quake. Where the level asks
-/// for sunlight the sky is brighter; see [`MaterialSet::sky_radiance`].
+/// for sunlight the sky is brighter.
 pub const SKY_SCALE: f32 = 1.0;
 /// Sky where the level has no picture of one: a clouded evening, linear RGB.
 pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
