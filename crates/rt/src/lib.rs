@@ -1,7 +1,7 @@
 //! The path tracer on Vulkan ray tracing: a [`scene::Scene`] in, radiance out.
 //!
 //! [`devices`] lists what the machine has, [`Gpu`] opens a device, [`PathTracer`] renders. The
-//! frame is [`passes::record_frame`]; the integrator is `shaders/path_trace.rgen`.
+//! frame is `passes::record_frame`; the integrator is `shaders/path_trace.rgen`.
 
 pub mod abi;
 mod film;
