@@ -6,9 +6,9 @@
 pub mod abi;
 mod film;
 mod gpu_scene;
-pub mod passes;
+mod passes;
 mod renderer;
-pub mod vk;
+mod vk;
 
 pub use passes::tonemap::ToneCurve;
 pub use renderer::{Gpu, PathTracer, Yardstick};

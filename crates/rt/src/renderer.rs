@@ -103,12 +103,6 @@ impl PathTracer {
         self.trace_ms
     }
 
-    /// Samples per pixel so far.
-    #[must_use]
-    pub fn samples(&self) -> u32 {
-        self.samples
-    }
-
     /// Begins a new picture of the same scene: an empty film.
     ///
     /// # Errors

@@ -71,8 +71,6 @@ pub struct Limits {
     pub group_handle_alignment: u32,
     /// Alignment of the start of each shader binding table.
     pub group_base_alignment: u32,
-    /// Largest stride between entries of a shader binding table.
-    pub max_group_stride: u32,
     /// Alignment of scratch memory for acceleration structures.
     pub scratch_alignment: u32,
     /// Most primitives in a bottom-level acceleration structure.
@@ -398,7 +396,6 @@ impl Instance {
             group_handle_size: rt.shader_group_handle_size,
             group_handle_alignment: rt.shader_group_handle_alignment,
             group_base_alignment: rt.shader_group_base_alignment,
-            max_group_stride: rt.max_shader_group_stride,
             scratch_alignment: accel.min_acceleration_structure_scratch_offset_alignment,
             max_primitives: accel.max_primitive_count,
             max_instances: accel.max_instance_count,

@@ -652,7 +652,6 @@ mod tests {
             group_handle_size: size,
             group_handle_alignment: handle,
             group_base_alignment: base,
-            max_group_stride: 4096,
             scratch_alignment: 128,
             max_primitives: 1 << 29,
             max_instances: 1 << 24,
