@@ -15,8 +15,6 @@ const uint ESTIMATOR_UNIFORM = 1u;
 const uint ESTIMATOR_NEE = 2u;
 // Estimator: light sampling and hits, weighted.
 const uint ESTIMATOR_MIS = 3u;
-// Material flag: texels with alpha 0 are holes.
-const uint MATERIAL_ALPHA_TESTED = 1u;
 // Material flag: emits to both sides.
 const uint MATERIAL_TWO_SIDED = 2u;
 // Material flag: liquid warp; texture coordinates are world units.
@@ -53,6 +51,14 @@ const uint PLANE_NORMAL = 7u;
 const uint PLANE_POSITION = 8u;
 // Number of film planes with all layers.
 const uint PLANES_ALL = 9u;
+// Hit payload: no triangle was hit.
+const uint MISS = 4294967295u;
+// Custom index of an instance: bits of its number.
+const uint INSTANCE_INDEX = 8388607u;
+// Custom index of an instance, flag: its transform is not the identity.
+const uint INSTANCE_PLACED = 8388608u;
+// Hit payload, flag beside the custom index: the triangle was seen from the front.
+const uint HIT_FRONT = 2147483648u;
 // Kind of a logged ray: end of the pixel's list.
 const uint RAY_NONE = 0u;
 // Kind of a logged ray: camera or bounce ray.

@@ -150,3 +150,32 @@ fn the_shaders_see_the_structs_of_the_host() {
         "shaders/abi.glsl is stale: run `cargo xtask abi`"
     );
 }
+
+/// Constants that shaders and the shared room both spell out: the shaders' numbers, by name.
+#[test]
+fn the_shaders_count_with_the_numbers_of_the_scene() {
+    use scene::{material, render, sky};
+    let sources = files("shaders", &["glsl", "rgen"]);
+    for (name, value) in [
+        ("MAX_ALBEDO", f64::from(material::MAX_ALBEDO)),
+        ("WARP_TILE", material::WARP_TILE),
+        ("BACK_SPEED", sky::BACK_SPEED),
+        ("FRONT_SPEED", sky::FRONT_SPEED),
+        ("ROULETTE_START", f64::from(render::ROULETTE_START)),
+        ("ROULETTE_MAX_SURVIVAL", render::ROULETTE_MAX_SURVIVAL),
+    ] {
+        let marker = format!(" {name} = ");
+        let found: Vec<f64> = sources
+            .iter()
+            .flat_map(|(_, text)| text.lines())
+            .filter_map(|line| line.strip_prefix("const ")?.split_once(&marker))
+            .map(|(_, rest)| rest.trim_end_matches([';', 'u']).parse().expect("a number"))
+            .collect();
+        assert_eq!(found.len(), 1, "{name} is said once");
+        assert!(
+            (found[0] - value).abs() < 1e-6,
+            "{name}: {} is not {value}",
+            found[0]
+        );
+    }
+}

@@ -318,11 +318,6 @@ impl Map {
         self.brush(Brush::cuboid(mins, maxs, [texture; 6]))
     }
 
-    /// Adds a box with one texture for each face, in the order -X, +X, -Y, +Y, -Z, +Z.
-    pub fn brush_box_faces(&mut self, mins: Vec3, maxs: Vec3, textures: [&str; 6]) -> &mut Self {
-        self.brush(Brush::cuboid(mins, maxs, textures))
-    }
-
     /// Adds six walls around an inner space, all of one texture.
     pub fn room(&mut self, mins: Vec3, maxs: Vec3, thickness: f64, texture: &str) -> &mut Self {
         self.room_faces(mins, maxs, thickness, [texture; 6])

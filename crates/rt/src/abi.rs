@@ -116,8 +116,6 @@ abi! {
         ESTIMATOR_NEE: uint = 2;
         /// Estimator: light sampling and hits, weighted.
         ESTIMATOR_MIS: uint = 3;
-        /// Material flag: texels with alpha 0 are holes.
-        MATERIAL_ALPHA_TESTED: uint = 1;
         /// Material flag: emits to both sides.
         MATERIAL_TWO_SIDED: uint = 2;
         /// Material flag: liquid warp; texture coordinates are world units.
@@ -154,6 +152,14 @@ abi! {
         PLANE_POSITION: uint = 8;
         /// Number of film planes with all layers.
         PLANES_ALL: uint = 9;
+        /// Hit payload: no triangle was hit.
+        MISS: uint = 0xffff_ffff;
+        /// Custom index of an instance: bits of its number.
+        INSTANCE_INDEX: uint = 0x007f_ffff;
+        /// Custom index of an instance, flag: its transform is not the identity.
+        INSTANCE_PLACED: uint = 0x0080_0000;
+        /// Hit payload, flag beside the custom index: the triangle was seen from the front.
+        HIT_FRONT: uint = 0x8000_0000;
         /// Kind of a logged ray: end of the pixel's list.
         RAY_NONE: uint = 0;
         /// Kind of a logged ray: camera or bounce ray.

@@ -38,11 +38,20 @@ impl GpuFilm {
             sums: make("film", u64::from(planes) * pixels * VEC4)?,
             counters: make("counters", size_of::<abi::Counters>() as u64)?,
         };
-        let mut recording = Recording::begin(device)?;
-        recording.clear(&film.sums);
-        recording.clear(&film.counters);
-        recording.submit_and_wait()?;
+        film.clear()?;
         Ok(film)
+    }
+
+    /// Empties the film.
+    ///
+    /// # Errors
+    /// When a call fails.
+    pub fn clear(&self) -> Result<(), Error> {
+        let mut recording = Recording::begin(self.sums.device())?;
+        recording.clear(&self.sums);
+        recording.clear(&self.counters);
+        recording.submit_and_wait()?;
+        Ok(())
     }
 
     /// Reads the film back and turns sums into means.

@@ -222,14 +222,11 @@ impl GpuScene {
     }
 }
 
-/// Number and flags of an instance, as `shaders/payload.glsl` reads them.
+/// Number and flags of an instance, as hit shaders read them.
 fn custom_index(index: usize, transform: &Affine3A) -> u32 {
     let placed = *transform != Affine3A::IDENTITY;
-    index as u32 | if placed { INSTANCE_PLACED } else { 0 }
+    index as u32 | if placed { abi::INSTANCE_PLACED } else { 0 }
 }
-
-/// `INSTANCE_PLACED` of `shaders/payload.glsl`.
-const INSTANCE_PLACED: u32 = 1 << 23;
 
 /// The triangle with its corners counter-clockwise about its normal: in slivers the order of the
 /// corners, rounded as they are, can disagree with the plane, and shaders take the side from it.
@@ -324,7 +321,6 @@ fn material(m: &Material, scene: &Scene) -> abi::Material {
     let base = &scene.textures[m.base.0 as usize];
     let mut flags = 0;
     let mut set = |on: bool, flag: u32| flags |= if on { flag } else { 0 };
-    set(m.alpha_tested, abi::MATERIAL_ALPHA_TESTED);
     set(m.two_sided, abi::MATERIAL_TWO_SIDED);
     set(m.warped, abi::MATERIAL_WARPED);
     set(m.surface == Surface::Sky, abi::MATERIAL_SKY);

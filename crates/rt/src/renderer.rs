@@ -108,10 +108,7 @@ impl PathTracer {
     /// # Errors
     /// When a call fails.
     pub fn clear(&mut self) -> Result<(), Error> {
-        let mut recording = Recording::begin(&self.device)?;
-        recording.clear(&self.film.sums);
-        recording.clear(&self.film.counters);
-        recording.submit_and_wait()?;
+        self.film.clear()?;
         (self.samples, self.trace_ms) = (0, 0.0);
         Ok(())
     }

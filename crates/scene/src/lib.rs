@@ -196,10 +196,4 @@ impl Scene {
             .map(|i| self.meshes[i.mesh].triangles.len())
             .sum()
     }
-
-    /// Largest distance between two points of the scene, in world units; at least 1.
-    #[must_use]
-    pub fn diameter(&self) -> f32 {
-        (self.bounds_max - self.bounds_min).length().max(1.0)
-    }
 }

@@ -84,7 +84,7 @@ impl From<&DeviceInfo> for Device {
 }
 
 /// Picks among Vulkan's devices and the processor; see [`Device::choose`].
-fn pick(wanted: &str, devices: &[DeviceInfo]) -> Result<Device> {
+pub(crate) fn pick(wanted: &str, devices: &[DeviceInfo]) -> Result<Device> {
     if wanted == "auto" {
         // Software Vulkan is slower than the built-in renderer: it must be asked for.
         let best = (devices.iter())

@@ -2,7 +2,7 @@
 //! room for. Every lump known here is checked for its size; one that does not fit its level is
 //! ignored with a warning.
 
-use super::{Bsp, Format};
+use super::Bsp;
 use crate::error::{WarningKind, Warnings};
 use crate::reader::{Reader, latin1, records, until_nul};
 
@@ -366,12 +366,5 @@ impl Bspx {
             },
         );
         models.into_inner()
-    }
-}
-
-impl Format {
-    /// Whether levels of this format name faces and edges with 32 bits.
-    pub fn is_wide(self) -> bool {
-        self != Self::Bsp29
     }
 }

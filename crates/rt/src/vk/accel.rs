@@ -313,7 +313,10 @@ impl Tlas {
         check_limit(
             "instances",
             u64::from(count),
-            device.limits().max_instances.min(1 << 23),
+            device
+                .limits()
+                .max_instances
+                .min(u64::from(crate::abi::INSTANCE_INDEX) + 1),
         )?;
         let geometry = [instance_geometry(0)];
         let info = Self::build_info(&geometry);

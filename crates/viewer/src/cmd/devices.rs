@@ -2,7 +2,7 @@
 
 use super::Context;
 use crate::Outcome;
-use crate::device::{CPU, CPU_DRIVER, Device};
+use crate::device::{self, CPU, CPU_DRIVER};
 use anyhow::Result;
 use rt::DeviceInfo;
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
         Ok(devices) => (devices, None),
         Err(why) => (Vec::new(), Some(why.to_string())),
     };
-    let auto = Device::choose("auto").map_or_else(|_| CPU.to_owned(), |d| d.name);
+    let auto = device::pick("auto", &devices).map_or_else(|_| CPU.to_owned(), |d| d.name);
     context.print(&if context.json {
         json_of(&devices, why_none.as_deref(), &auto).to_string()
     } else {
