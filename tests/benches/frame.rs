@@ -4,7 +4,7 @@
 //! [--size WxH]` prints a Markdown report: milliseconds per frame, paths and rays per second, the
 //! ratio to a pipeline that only traces the same rays, and the acceleration structures' times.
 
-use rt::{Gpu, Options, PathTracer, Yardstick};
+use rt::{Gpu, Options, PathTracer, Vulkan, Yardstick};
 use runelight_tests::levels;
 use scene::Scene;
 use scene::import::LightMode;
@@ -52,12 +52,12 @@ fn args() -> Result<Args, Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args = args()?;
-    let device = rt::devices()?
-        .into_iter()
+    let vulkan = Vulkan::new(Options::default())?;
+    let device = (vulkan.devices()?.into_iter())
         .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&args.device.to_lowercase()))
         .min_by_key(|d| d.kind)
         .ok_or("no such Vulkan device")?;
-    let gpu = Gpu::open(device.index, Options::default())?;
+    let gpu = vulkan.open(device.index)?;
 
     let start = Instant::now();
     let game = levels::open(&args.data)?;

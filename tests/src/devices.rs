@@ -1,6 +1,6 @@
 //! Rendering a scene on either device.
 
-use rt::{Gpu, Options, PathTracer};
+use rt::{Gpu, Options, PathTracer, Vulkan};
 use scene::Scene;
 use scene::render::{Film, Renderer, Settings};
 use std::sync::{Arc, OnceLock};
@@ -28,15 +28,16 @@ pub fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
         let wanted = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
-        let devices = rt::devices().unwrap_or_else(|e| {
+        let opened = Vulkan::new(Options { validation: true })
+            .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
+        let (devices, vulkan) = opened.unwrap_or_else(|e| {
             panic!("{e}: `cargo xtask test` installs or names what Vulkan tests need")
         });
         let device = (devices.iter()).find(|d| d.name.contains(&wanted)).unwrap_or_else(|| {
             let names: Vec<_> = devices.iter().map(|d| d.name.as_str()).collect();
             panic!("no Vulkan device is named {wanted}, there are {names:?}: `cargo xtask test` installs or names what Vulkan tests need")
         });
-        let gpu = Gpu::open(device.index, Options { validation: true });
-        gpu.unwrap_or_else(|e| panic!("{e}"))
+        vulkan.open(device.index).unwrap_or_else(|e| panic!("{e}"))
     })
 }
 

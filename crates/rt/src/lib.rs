@@ -1,6 +1,6 @@
 //! The path tracer on Vulkan ray tracing: a [`scene::Scene`] in, radiance out.
 //!
-//! [`devices`] lists what the machine has, [`Gpu`] opens a device, [`PathTracer`] renders. The
+//! [`Vulkan`] lists what the machine has and opens a device as [`Gpu`], [`PathTracer`] renders. The
 //! frame is `passes::record_frame`; the integrator is `shaders/path_trace.rgen`.
 
 pub mod abi;
@@ -11,13 +11,5 @@ mod renderer;
 mod vk;
 
 pub use passes::tonemap::ToneCurve;
-pub use renderer::{Gpu, PathTracer, Yardstick};
+pub use renderer::{Gpu, PathTracer, Vulkan, Yardstick};
 pub use vk::{DeviceInfo, DeviceKind, Error, Options, Timing};
-
-/// Every Vulkan device of this machine, usable or not.
-///
-/// # Errors
-/// [`Error::NoVulkan`], a sentence for people, when there is no Vulkan at all.
-pub fn devices() -> Result<Vec<DeviceInfo>, Error> {
-    vk::Instance::new(Options::default())?.devices()
-}

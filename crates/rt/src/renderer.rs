@@ -14,6 +14,48 @@ use scene::Scene;
 use scene::render::{Film, Renderer, Settings};
 use std::sync::Arc;
 
+/// Vulkan on this machine, opened once: loading the drivers takes a tenth of a second.
+#[derive(Clone)]
+pub struct Vulkan {
+    instance: Arc<Instance>,
+}
+
+impl Vulkan {
+    /// Opens Vulkan.
+    ///
+    /// # Errors
+    /// [`Error::NoVulkan`], a sentence for people, when there is no Vulkan at all.
+    pub fn new(options: Options) -> Result<Self, Error> {
+        Ok(Self {
+            instance: Instance::new(options)?,
+        })
+    }
+
+    /// Every device, usable or not.
+    ///
+    /// # Errors
+    /// When the enumeration fails.
+    pub fn devices(&self) -> Result<Vec<DeviceInfo>, Error> {
+        self.instance.devices()
+    }
+
+    /// Opens the device with this index in [`Vulkan::devices`].
+    ///
+    /// # Errors
+    /// When the device lacks something, named, or a call fails.
+    pub fn open(&self, index: usize) -> Result<Gpu, Error> {
+        Ok(Gpu {
+            device: Device::open(&self.instance, index)?,
+        })
+    }
+}
+
+impl std::fmt::Debug for Vulkan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Vulkan")
+    }
+}
+
 /// An opened GPU.
 #[derive(Clone)]
 pub struct Gpu {
@@ -21,16 +63,6 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the device with this index in [`crate::devices`].
-    ///
-    /// # Errors
-    /// When there is no Vulkan, or the device lacks something, named.
-    pub fn open(index: usize, options: Options) -> Result<Self, Error> {
-        Ok(Self {
-            device: Device::open(&Instance::new(options)?, index)?,
-        })
-    }
-
     /// What the device is.
     #[must_use]
     pub fn info(&self) -> &DeviceInfo {

@@ -14,8 +14,8 @@ pub struct Device {
     pub name: String,
     /// Its driver with the version.
     pub driver: String,
-    /// Position in Vulkan's enumeration; `None` for the processor.
-    vulkan: Option<usize>,
+    /// Vulkan as it was opened for the choice; `None` for the processor.
+    vulkan: Option<(rt::Vulkan, usize)>,
 }
 
 /// The name of the built-in renderer.
@@ -44,8 +44,16 @@ impl Device {
         if wanted == CPU {
             return Ok(Self::cpu());
         }
-        match rt::devices() {
-            Ok(devices) => pick(wanted, &devices),
+        let opened = rt::Vulkan::new(rt::Options::default())
+            .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
+        match opened {
+            Ok((devices, vulkan)) => {
+                Ok(pick(wanted, &devices)?.map_or_else(Self::cpu, |info| Self {
+                    name: info.name.clone(),
+                    driver: info.driver.clone(),
+                    vulkan: Some((vulkan, info.index)),
+                }))
+            }
             Err(why) if wanted == "auto" => {
                 tracing::info!("{why}; the processor renders");
                 Ok(Self::cpu())
@@ -63,34 +71,23 @@ impl Device {
         scene: &Arc<Scene>,
         settings: &Settings,
     ) -> Result<Box<dyn AnyRenderer>> {
-        Ok(match self.vulkan {
+        Ok(match &self.vulkan {
             None => Box::new(reference::Reference::new(Arc::clone(scene), settings)?),
-            Some(index) => {
-                let gpu = rt::Gpu::open(index, rt::Options::default())?;
+            Some((vulkan, index)) => {
+                let gpu = vulkan.open(*index)?;
                 Box::new(rt::PathTracer::new(&gpu, scene, settings)?)
             }
         })
     }
 }
 
-impl From<&DeviceInfo> for Device {
-    fn from(info: &DeviceInfo) -> Self {
-        Self {
-            name: info.name.clone(),
-            driver: info.driver.clone(),
-            vulkan: Some(info.index),
-        }
-    }
-}
-
-/// Picks among Vulkan's devices and the processor; see [`Device::choose`].
-pub(crate) fn pick(wanted: &str, devices: &[DeviceInfo]) -> Result<Device> {
+/// Picks among Vulkan's devices and the processor, which is `None`; see [`Device::choose`].
+pub(crate) fn pick<'a>(wanted: &str, devices: &'a [DeviceInfo]) -> Result<Option<&'a DeviceInfo>> {
     if wanted == "auto" {
         // Software Vulkan is slower than the built-in renderer: it must be asked for.
-        let best = (devices.iter())
+        return Ok((devices.iter())
             .filter(|d| d.is_usable() && d.kind != DeviceKind::Software)
-            .min_by_key(|d| d.kind);
-        return Ok(best.map_or_else(Device::cpu, Device::from));
+            .min_by_key(|d| d.kind));
     }
     let found = match wanted.parse::<usize>() {
         Ok(index) => devices.iter().find(|d| d.index == index),
@@ -106,7 +103,7 @@ pub(crate) fn pick(wanted: &str, devices: &[DeviceInfo]) -> Result<Device> {
         }
     };
     match found {
-        Some(info) if info.is_usable() => Ok(info.into()),
+        Some(info) if info.is_usable() => Ok(Some(info)),
         Some(info) => bail!(
             "--device {wanted}: {} cannot be used, it lacks {}",
             info.name,
@@ -152,19 +149,22 @@ mod tests {
     #[test]
     fn auto_is_the_best_hardware_that_can_be_used_else_the_processor() {
         let all = devices();
-        assert_eq!(pick("auto", &all).unwrap().name, "Big GPU");
-        assert_eq!(pick("auto", &all[..3]).unwrap().name, "Small GPU");
-        assert_eq!(pick("auto", &all[..2]).unwrap().name, CPU);
-        assert_eq!(pick("auto", &[]).unwrap().name, CPU);
+        let name = |devices| pick("auto", devices).unwrap().map(|d| d.name.as_str());
+        assert_eq!(name(&all), Some("Big GPU"));
+        assert_eq!(name(&all[..3]), Some("Small GPU"));
+        assert_eq!(name(&all[..2]), None);
+        assert_eq!(name(&[]), None);
     }
 
     #[test]
     fn devices_are_found_by_number_and_by_part_of_their_name() {
         let all = devices();
-        assert_eq!(pick("2", &all).unwrap().vulkan, Some(2));
-        assert_eq!(pick("LLVMpipe", &all).unwrap().vulkan, Some(0));
-        assert_eq!(pick("gpu", &all).unwrap().vulkan, Some(2));
-        assert_eq!(Device::choose(CPU).unwrap().vulkan, None);
+        let index = |wanted| pick(wanted, &all).unwrap().map(|d| d.index);
+        assert_eq!(index("2"), Some(2));
+        assert_eq!(index("LLVMpipe"), Some(0));
+        assert_eq!(index("gpu"), Some(2));
+        let chosen = Device::choose(CPU).unwrap();
+        assert_eq!((chosen.name.as_str(), chosen.vulkan.is_none()), (CPU, true));
     }
 
     #[test]

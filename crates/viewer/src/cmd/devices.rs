@@ -12,15 +12,16 @@ use serde_json::{Value, json};
 /// # Errors
 /// When stdout is closed.
 pub fn run(context: &Context) -> Result<Outcome> {
-    let (devices, why_none) = match rt::devices() {
+    let listed = rt::Vulkan::new(rt::Options::default()).and_then(|v| v.devices());
+    let (devices, why_none) = match listed {
         Ok(devices) => (devices, None),
         Err(why) => (Vec::new(), Some(why.to_string())),
     };
-    let auto = device::pick("auto", &devices).map_or_else(|_| CPU.to_owned(), |d| d.name);
+    let auto = device::pick("auto", &devices)?.map_or(CPU, |d| d.name.as_str());
     context.print(&if context.json {
-        json_of(&devices, why_none.as_deref(), &auto).to_string()
+        json_of(&devices, why_none.as_deref(), auto).to_string()
     } else {
-        text(&devices, why_none.as_deref(), &auto)
+        text(&devices, why_none.as_deref(), auto)
     })?;
     Ok(Outcome::Done)
 }
