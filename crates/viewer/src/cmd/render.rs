@@ -1,7 +1,7 @@
 //! `runelight render`.
 
 use super::Context;
-use crate::cli::{CameraChoice, ExrType, Render};
+use crate::cli::{ExrType, Render};
 use crate::device::Device;
 use crate::interrupt;
 use crate::job::{self, Goal, Stopped};
@@ -9,10 +9,9 @@ use crate::level::Source;
 use crate::output::{Format, Note, Outputs, Style};
 use crate::progress::Progress;
 use crate::{Outcome, Usage};
-use anyhow::{Result, anyhow, bail};
-use scene::camera::DEFAULT_FOV_DEG;
+use anyhow::Result;
+use scene::Scene;
 use scene::render::{Film, Settings};
-use scene::{Camera, Scene};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,7 +29,7 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let source = Source::new(args.level.as_deref(), &context.global)?;
     let outputs = Outputs::open(&output_paths(args, &source.name()))?;
     let device = Device::choose(&context.global.device)?;
-    let scene = Arc::new(source.load()?.import(&import_options(args))?);
+    let scene = Arc::new(source.load()?.import(&args.scene.import_options())?);
     warn_of_oddities(&scene);
     let settings = settings(args, &scene)?;
     warn_of_unseen_lights(&scene, &settings);
@@ -93,68 +92,17 @@ fn output_paths(args: &Render, level: &str) -> Vec<PathBuf> {
     }
 }
 
-fn import_options(args: &Render) -> scene::import::ImportOptions {
-    scene::import::ImportOptions {
-        time: args.at as f32,
-        threshold: args.threshold as f32,
-        emission_scale: args.emission_scale as f32,
-        lights: args.lights.into(),
-        ..Default::default()
-    }
-}
-
 fn settings(args: &Render, scene: &Scene) -> Result<Settings> {
-    let mut camera = camera(args.camera.as_ref(), scene)?;
-    if let Some(fov) = args.fov {
-        camera.fov_deg = fov as f32;
-    }
     Ok(Settings {
-        width: args.size.0,
-        height: args.size.1,
-        camera,
+        width: args.view.size.0,
+        height: args.view.size.1,
+        camera: args.view.camera_of(scene)?,
         estimator: args.estimator.into(),
         depth: args.depth,
-        time: args.at as f32,
+        time: args.scene.at as f32,
         seed: args.seed,
         aovs: args.layers.0.iter().any(|l| l.is_aov()),
     })
-}
-
-/// The camera asked for, or the level's first.
-fn camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
-    let count = scene.cameras.len();
-    match choice {
-        Some(&CameraChoice::Pose([x, y, z, pitch_deg, yaw_deg, roll_deg])) => Ok(Camera {
-            name: "--camera".into(),
-            position: [x, y, z].into(),
-            pitch_deg,
-            yaw_deg,
-            roll_deg,
-            fov_deg: DEFAULT_FOV_DEG,
-        }),
-        Some(CameraChoice::Index(index)) => scene.cameras.get(*index).cloned().ok_or_else(|| {
-            anyhow!(
-                "--camera {index}: {} has {count} cameras, counted from 0",
-                scene.name
-            )
-        }),
-        Some(CameraChoice::Name(name)) => (scene.cameras.iter())
-            .find(|c| c.name == *name)
-            .cloned()
-            .ok_or_else(|| {
-                let mut names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-                names.dedup();
-                anyhow!(
-                    "--camera {name}: {} has only {}",
-                    scene.name,
-                    names.join(", ")
-                )
-            }),
-        None => match scene.cameras.first() {
-            Some(camera) => Ok(camera.clone()),
-            None => bail!("{} has no camera; give one with --camera", scene.name),
-        },
-    }
 }
 
 /// Oddities told in full; the rest is only counted.
@@ -233,9 +181,12 @@ fn notes(
         ("cameraName", text(&c.name)),
         ("fov", Note::Float(c.fov_deg)),
         ("time", Note::Float(settings.time)),
-        ("lights", text(args.lights.name())),
-        ("threshold", Note::Float(args.threshold as f32)),
-        ("emissionScale", Note::Float(args.emission_scale as f32)),
+        ("lights", text(args.scene.lights.name())),
+        ("threshold", Note::Float(args.scene.threshold as f32)),
+        (
+            "emissionScale",
+            Note::Float(args.scene.emission_scale as f32),
+        ),
         ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
         ("escaped", Note::Int(film.counters.escaped as i64)),
     ]

@@ -1,0 +1,262 @@
+//! The command line: names, defaults, help. What the options mean in full is said in their help.
+
+mod compare;
+mod render;
+mod shared;
+
+pub use compare::{Compare, Maxima};
+pub use render::{ExrType, LayerList, Render};
+pub use shared::{CameraChoice, EstimatorName, Lights, SceneArgs, ViewArgs};
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, ColorChoice, Parser, Subcommand};
+use std::path::PathBuf;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Yellow.on_default().bold())
+    .usage(AnsiColor::Yellow.on_default().bold())
+    .literal(AnsiColor::Green.on_default())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const EXAMPLES: &str = "\
+Examples:
+  runelight render
+      the bundled sample level, to sample.exr and sample.png
+  runelight render e1m1 --basedir ~/quake --spp 256
+      a level out of the PAKs of a Quake installation
+  runelight render my.bsp -o my.png --time-limit 60 --device cpu
+      as good as a minute of the processor makes it
+  runelight info e1m1.bsp
+  runelight compare reference.exr image.exr --max-relmse 0.01
+
+Exit codes: 0 done, 1 could not do it (a sentence says why), 2 wrong usage,
+3 a limit given to compare is exceeded.";
+
+/// Path-traced pictures of Quake levels
+#[derive(Debug, Parser)]
+#[command(name = "runelight", version, styles = STYLES, after_help = EXAMPLES)]
+#[command(infer_long_args = false, max_term_width = 100)]
+pub struct Cli {
+    /// What to do; nothing prints this help.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: Global,
+}
+
+/// Options of every command.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Global {
+    /// Quake directory (the one that holds id1/)
+    #[arg(long, value_name = "DIR", env = "RUNELIGHT_BASEDIR", global = true)]
+    #[arg(help_heading = "Finding files")]
+    pub basedir: Option<PathBuf>,
+    /// Mod directory inside the Quake directory, as with an engine's -game; repeatable, the last
+    /// is searched first
+    #[arg(
+        long,
+        value_name = "NAME",
+        global = true,
+        help_heading = "Finding files"
+    )]
+    pub game: Vec<String>,
+    /// A PAK, or a directory, to search as well; repeatable, the last is searched first
+    #[arg(
+        long,
+        value_name = "FILE",
+        global = true,
+        help_heading = "Finding files"
+    )]
+    pub pak: Vec<PathBuf>,
+    /// What computes: auto is the best hardware ray-tracing device, else the processor; cpu; the
+    /// number, or part of the name, of a device that `runelight devices` lists
+    #[arg(
+        long,
+        value_name = "auto|cpu|INDEX|TEXT",
+        default_value = "auto",
+        global = true
+    )]
+    #[arg(help_heading = "Running")]
+    pub device: String,
+    /// Print the result as JSON on stdout
+    #[arg(long, global = true, help_heading = "Running")]
+    pub json: bool,
+    /// No progress, no warnings; errors only
+    #[arg(
+        short,
+        long,
+        global = true,
+        help_heading = "Running",
+        conflicts_with = "verbose"
+    )]
+    pub quiet: bool,
+    /// Say more; twice for all details
+    #[arg(short, long, action = clap::ArgAction::Count, global = true, help_heading = "Running")]
+    pub verbose: u8,
+    /// When to use colours
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
+    #[arg(help_heading = "Running")]
+    pub color: ColorChoice,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Path-trace one picture of a level
+    Render(Box<Render>),
+    /// Say what files hold: BSP, PAK, WAD, MDL, SPR, DEM, palettes
+    Info(Info),
+    /// Measure how far an image is from a reference
+    Compare(Box<Compare>),
+    /// List what can compute: Vulkan devices, and the processor
+    Devices,
+}
+
+/// `runelight info`
+#[derive(Debug, Args)]
+pub struct Info {
+    /// Files, or names to look up in the search path
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<String>,
+    /// Relative luminance from which a fullbright texel emits, as for render
+    #[arg(long, value_name = "T", default_value_t = 0.5, value_parser = shared::number(0.0, 1.0))]
+    pub threshold: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Layer;
+    use crate::tonemap::Tonemap;
+    use clap::CommandFactory as _;
+    use clap::error::ErrorKind;
+
+    fn render(args: &[&str]) -> Render {
+        let all = ["runelight", "render"].iter().chain(args);
+        match Cli::try_parse_from(all).unwrap().command {
+            Some(Command::Render(r)) => *r,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn fails(args: &[&str]) -> clap::Error {
+        let all = ["runelight"].iter().chain(args);
+        Cli::try_parse_from(all).unwrap_err()
+    }
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn defaults_are_the_documented_ones() {
+        let r = render(&[]);
+        assert_eq!(
+            (r.view.size, r.spp, r.depth, r.seed),
+            ((1280, 720), 64, 8, 0)
+        );
+        assert_eq!((r.scene.threshold, r.exposure, r.scene.at), (0.5, 0.0, 0.0));
+        let import = scene::import::ImportOptions::default();
+        assert_eq!(r.scene.emission_scale as f32, import.emission_scale);
+        assert_eq!(r.scene.threshold as f32, import.threshold);
+        assert_eq!(r.estimator, EstimatorName::Mis);
+        assert_eq!((r.scene.lights, r.tonemap), (Lights::Auto, Tonemap::Agx));
+        assert_eq!(r.layers, LayerList(vec![Layer::Beauty]));
+        assert!(r.level.is_none() && r.output.is_empty() && r.view.camera.is_none());
+    }
+
+    #[test]
+    fn cameras_are_poses_numbers_or_names() {
+        let pose = CameraChoice::Pose([-1.5, 2.0, 3.0, 0.0, -90.0, 5.0]);
+        assert_eq!(
+            render(&["--camera", "-1.5 2 3 0 -90 5"]).view.camera,
+            Some(pose.clone())
+        );
+        assert_eq!(
+            render(&["--camera=-1.5,2,3, 0,-90,5"]).view.camera,
+            Some(pose)
+        );
+        assert_eq!(
+            render(&["--camera", "2"]).view.camera,
+            Some(CameraChoice::Index(2))
+        );
+        assert_eq!(
+            render(&["--camera", "info_intermission"]).view.camera,
+            Some(CameraChoice::Name("info_intermission".into()))
+        );
+        for wrong in ["1 2 3", "1 2 3 4 5 x", "-1", "", "1 2 3 4 5 inf"] {
+            let error = fails(&["render", "--camera", wrong]);
+            assert_eq!(error.exit_code(), 2, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn wrong_values_name_the_option() {
+        for (option, value) in [
+            ("--size", "1280"),
+            ("--size", "0x5"),
+            ("--size", "99999x5"),
+            ("--spp", "0"),
+            ("--threshold", "1.5"),
+            ("--time-limit", "-1"),
+            ("--target-error", "nan"),
+            ("--depth", "-1"),
+            ("--estimator", "bdpt"),
+            ("--fov", "180"),
+            ("--exr-type", "double"),
+        ] {
+            let error = fails(&["render", &format!("{option}={value}")]);
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(option), "{error}");
+        }
+        let error = fails(&["render", "--layers", "albedo,motion"]).to_string();
+        assert!(
+            error.contains("\"motion\"") && error.contains("indirect"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn options_of_later_features_are_not_there() {
+        for option in [
+            "--denoise=svgf",
+            "--materials=a.toml",
+            "--lighting=compiler",
+        ] {
+            assert_eq!(
+                fails(&["render", option]).kind(),
+                ErrorKind::UnknownArgument
+            );
+        }
+        for command in ["demo", "view", "bench", "export"] {
+            assert_eq!(fails(&[command]).kind(), ErrorKind::InvalidSubcommand);
+        }
+    }
+
+    #[test]
+    fn global_options_may_stand_anywhere_and_repeat() {
+        let cli = Cli::try_parse_from([
+            "runelight",
+            "--game",
+            "a",
+            "info",
+            "x.bsp",
+            "--json",
+            "--pak",
+            "p",
+            "--pak",
+            "q",
+            "-vv",
+        ])
+        .unwrap();
+        assert!(cli.global.json);
+        assert_eq!(cli.global.pak.len(), 2);
+        assert_eq!((cli.global.game.len(), cli.global.verbose), (1, 2));
+        assert_eq!(
+            fails(&["devices", "-q", "-v"]).kind(),
+            ErrorKind::ArgumentConflict
+        );
+    }
+}

@@ -1,0 +1,118 @@
+//! `runelight render`.
+
+use super::shared::{EstimatorName, SceneArgs, ViewArgs, number};
+use crate::output::Layer;
+use crate::tonemap::Tonemap;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  runelight render start --basedir ~/quake --size 640x360 --spp 16
+  runelight render start --camera \"544 288 54 10 90 0\" --exposure 1
+  runelight render start --layers albedo,normal,depth -o start.exr
+  runelight render start --target-error 0.005 --spp 100000
+  runelight render dark.bsp --estimator naive --depth 3
+
+The first Ctrl-C ends the picture after the samples under way and writes it; the
+second one gives up and writes nothing.";
+
+/// `runelight render`
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct Render {
+    /// A .bsp file, or a name such as e1m1 or maps/e1m1.bsp to look up; without it the bundled
+    /// sample level
+    pub level: Option<String>,
+
+    /// File to write, .exr (scene-linear, all layers) or .png (tone-mapped, 8 bit); repeatable
+    /// [default: LEVEL.exr and LEVEL.png here]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: Vec<PathBuf>,
+    /// Layers of the EXR besides beauty, separated by commas: albedo, normal, depth, position,
+    /// emission, direct, indirect, variance, samples, id; or all
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "beauty",
+        help_heading = "Output"
+    )]
+    #[arg(value_parser = parse_layers)]
+    pub layers: LayerList,
+    /// How an EXR stores colours; distances, positions, variances and numbers always have 32 bits
+    #[arg(
+        long,
+        value_name = "TYPE",
+        default_value = "float",
+        help_heading = "Output"
+    )]
+    pub exr_type: ExrType,
+    /// Exposure of a PNG in stops
+    #[arg(
+        long,
+        value_name = "EV",
+        default_value_t = 0.0,
+        help_heading = "Output"
+    )]
+    #[arg(allow_negative_numbers = true, value_parser = number(-64.0, 64.0))]
+    pub exposure: f64,
+    /// Tone curve of a PNG
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "agx",
+        help_heading = "Output"
+    )]
+    pub tonemap: Tonemap,
+
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Quality")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    pub spp: u32,
+    /// Take no further samples this many seconds after the start, loading included
+    #[arg(long, value_name = "S", help_heading = "Quality", value_parser = number(1e-3, 1e7))]
+    pub time_limit: Option<f64>,
+    /// Stop once the estimated relMSE of the picture is below this
+    #[arg(long, value_name = "E", help_heading = "Quality", value_parser = number(1e-12, 1e6))]
+    pub target_error: Option<f64>,
+    /// Path vertices after the camera: 1 shows what emits, 2 adds direct light, ...; 0 is without
+    /// limit (Russian roulette)
+    #[arg(long, value_name = "N", default_value_t = 8, help_heading = "Quality")]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub depth: u32,
+    /// How light is found
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "mis",
+        help_heading = "Quality"
+    )]
+    pub estimator: EstimatorName,
+    /// Same seed, same device, same picture bit for bit
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Quality")]
+    pub seed: u64,
+
+    /// The picture.
+    #[command(flatten)]
+    pub view: ViewArgs,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+/// `--exr-type`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExrType {
+    /// 16 bits: smaller files, about three digits
+    Half,
+    /// 32 bits
+    Float,
+}
+
+/// `--layers`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerList(pub Vec<Layer>);
+
+fn parse_layers(text: &str) -> Result<LayerList, String> {
+    Layer::parse_list(text).map(LayerList)
+}

@@ -1,0 +1,243 @@
+//! Options that several commands have: where from, what is lit, how light is found.
+
+use anyhow::{Result, anyhow, bail};
+use clap::{Args, ValueEnum};
+use scene::camera::DEFAULT_FOV_DEG;
+use scene::render::Estimator;
+use scene::{Camera, Scene};
+
+/// What a picture shows of a scene.
+#[derive(Clone, Debug, Args)]
+pub struct ViewArgs {
+    /// Picture size in pixels
+    #[arg(
+        long,
+        value_name = "WxH",
+        default_value = "1280x720",
+        help_heading = "Picture"
+    )]
+    #[arg(value_parser = parse_size)]
+    pub size: (u32, u32),
+    /// Where from: "X Y Z PITCH YAW ROLL" in Quake units and degrees (the eye, 22 above what an
+    /// engine's viewpos prints), or the number or name of a camera that `runelight info` lists
+    /// [default: the player's start]
+    #[arg(
+        long,
+        value_name = "CAMERA",
+        help_heading = "Picture",
+        allow_hyphen_values = true
+    )]
+    #[arg(value_parser = parse_camera)]
+    pub camera: Option<CameraChoice>,
+    /// Field of view in degrees, horizontally at 4:3; wider pictures show more at the sides
+    /// [default: the camera's, 90]
+    #[arg(long, value_name = "DEG", help_heading = "Picture", value_parser = number(1.0, 170.0))]
+    pub fov: Option<f64>,
+}
+
+impl ViewArgs {
+    /// The camera asked for, or the level's first, with the field of view asked for.
+    ///
+    /// # Errors
+    /// When the level has no such camera.
+    pub fn camera_of(&self, scene: &Scene) -> Result<Camera> {
+        let mut camera = pick_camera(self.camera.as_ref(), scene)?;
+        if let Some(fov) = self.fov {
+            camera.fov_deg = fov as f32;
+        }
+        Ok(camera)
+    }
+}
+
+fn pick_camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
+    let count = scene.cameras.len();
+    match choice {
+        Some(&CameraChoice::Pose([x, y, z, pitch_deg, yaw_deg, roll_deg])) => Ok(Camera {
+            name: "--camera".into(),
+            position: [x, y, z].into(),
+            pitch_deg,
+            yaw_deg,
+            roll_deg,
+            fov_deg: DEFAULT_FOV_DEG,
+        }),
+        Some(CameraChoice::Index(index)) => scene.cameras.get(*index).cloned().ok_or_else(|| {
+            anyhow!(
+                "--camera {index}: {} has {count} cameras, counted from 0",
+                scene.name
+            )
+        }),
+        Some(CameraChoice::Name(name)) => (scene.cameras.iter())
+            .find(|c| c.name == *name)
+            .cloned()
+            .ok_or_else(|| {
+                let mut names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+                names.dedup();
+                anyhow!(
+                    "--camera {name}: {} has only {}",
+                    scene.name,
+                    names.join(", ")
+                )
+            }),
+        None => match scene.cameras.first() {
+            Some(camera) => Ok(camera.clone()),
+            None => bail!("{} has no camera; give one with --camera", scene.name),
+        },
+    }
+}
+
+/// What a level becomes as a scene.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// Level time in seconds: animated and scrolling textures
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        help_heading = "Picture"
+    )]
+    #[arg(value_parser = number(0.0, 1e6))]
+    pub at: f64,
+    /// What is lit
+    #[arg(
+        long,
+        value_name = "WHICH",
+        default_value = "auto",
+        help_heading = "Light"
+    )]
+    pub lights: Lights,
+    /// Relative luminance from which a fullbright texel emits, 0 to 1
+    #[arg(long, value_name = "T", default_value_t = 0.5, help_heading = "Light")]
+    #[arg(value_parser = number(0.0, 1.0))]
+    pub threshold: f64,
+    /// Radiance of a white emitting texel
+    #[arg(long, value_name = "X", default_value_t = 4.0, help_heading = "Light")]
+    #[arg(value_parser = number(0.0, 1e6))]
+    pub emission_scale: f64,
+}
+
+impl SceneArgs {
+    /// What the import is told.
+    #[must_use]
+    pub fn import_options(&self) -> scene::import::ImportOptions {
+        scene::import::ImportOptions {
+            time: self.at as f32,
+            threshold: self.threshold as f32,
+            emission_scale: self.emission_scale as f32,
+            lights: self.lights.into(),
+            ..Default::default()
+        }
+    }
+}
+
+/// `--estimator`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EstimatorName {
+    /// Walk on in a direction weighted by the cosine, find light by hitting it
+    Naive,
+    /// Walk on in any direction of the hemisphere, find light by hitting it
+    Uniform,
+    /// Choose lights and look whether they are seen
+    Nee,
+    /// Both, each weighted by how likely it was
+    Mis,
+}
+
+impl From<EstimatorName> for Estimator {
+    fn from(name: EstimatorName) -> Self {
+        match name {
+            EstimatorName::Naive => Self::Naive,
+            EstimatorName::Uniform => Self::Uniform,
+            EstimatorName::Nee => Self::Nee,
+            EstimatorName::Mis => Self::Mis,
+        }
+    }
+}
+
+/// `--lights`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Lights {
+    /// Bright surfaces, and those light entities that stand for none of them
+    Auto,
+    /// Bright surfaces alone: fullbright texels, glowing liquids, sky
+    Textures,
+    /// Light entities alone, and the sky
+    Entities,
+    /// Both, even where they are one lamp
+    All,
+}
+
+impl Lights {
+    /// The name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Textures => "textures",
+            Self::Entities => "entities",
+            Self::All => "all",
+        }
+    }
+}
+
+impl From<Lights> for scene::import::LightMode {
+    fn from(lights: Lights) -> Self {
+        match lights {
+            Lights::Auto => Self::Auto,
+            Lights::Textures => Self::Textures,
+            Lights::Entities => Self::Entities,
+            Lights::All => Self::All,
+        }
+    }
+}
+
+/// `--camera`
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraChoice {
+    /// Eye in Quake units; pitch, yaw and roll in degrees.
+    Pose([f32; 6]),
+    /// Number among the level's cameras.
+    Index(usize),
+    /// Name of one of the level's cameras.
+    Name(String),
+}
+
+/// Largest side of a picture, in pixels.
+const MAX_SIDE: u32 = 32_768;
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let wrong = || format!("a size is WIDTHxHEIGHT in pixels, 1 to {MAX_SIDE} each, as 1280x720");
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
+    side(w).zip(side(h)).ok_or_else(wrong)
+}
+
+fn parse_camera(text: &str) -> Result<CameraChoice, String> {
+    let words: Vec<&str> = (text.split(|c: char| c.is_whitespace() || c == ','))
+        .filter(|w| !w.is_empty())
+        .collect();
+    let numbers: Option<Vec<f32>> = (words.iter())
+        .map(|w| w.parse().ok().filter(|v: &f32| v.is_finite()))
+        .collect();
+    match (numbers.as_deref(), words.as_slice()) {
+        (Some(&[x, y, z, pitch, yaw, roll]), _) => {
+            Ok(CameraChoice::Pose([x, y, z, pitch, yaw, roll]))
+        }
+        (Some(_), [index]) => (index.parse().map(CameraChoice::Index))
+            .map_err(|_| "a camera's number is 0 or more".to_owned()),
+        (None, [name]) => Ok(CameraChoice::Name((*name).to_owned())),
+        _ => Err(
+            "a camera is six numbers \"X Y Z PITCH YAW ROLL\", or the number or name of a \
+                  camera of the level"
+                .to_owned(),
+        ),
+    }
+}
+
+/// A parser of finite numbers from `min` to `max`.
+pub(super) fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        (text.parse().ok())
+            .filter(|v| (min..=max).contains(v))
+            .ok_or_else(|| format!("not a number from {min} to {max}"))
+    }
+}
