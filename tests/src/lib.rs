@@ -1,7 +1,8 @@
 //! What the integration tests share: small scenes, levels, both renderers, statistics.
 
-pub mod builder;
 pub mod devices;
 pub mod levels;
 pub mod scenes;
 pub mod stats;
+
+pub use gallery::builder;

@@ -1,4 +1,4 @@
-//! Small scenes for tests and benches, built from the scene's types directly.
+//! Small scenes, built from the scene's types directly.
 
 use glam::{Affine3A, DVec3, Vec3};
 use scene::material::{luminance, srgb_to_linear};
