@@ -15,6 +15,12 @@ const uint ESTIMATOR_UNIFORM = 1u;
 const uint ESTIMATOR_NEE = 2u;
 // Estimator: light sampling and hits, weighted.
 const uint ESTIMATOR_MIS = 3u;
+// Selection: by the alias table over estimated powers.
+const uint SELECTION_POWER = 0u;
+// Selection: every entry of the table alike.
+const uint SELECTION_UNIFORM = 1u;
+// Escapes that are kept; the rest is only counted.
+const uint ESCAPES_KEPT = 100u;
 // Material flag: emits to both sides.
 const uint MATERIAL_TWO_SIDED = 2u;
 // Material flag: liquid warp; texture coordinates are world units.
@@ -74,6 +80,8 @@ layout(buffer_reference) buffer LightRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
 layout(buffer_reference) buffer CountersRef;
+layout(buffer_reference) buffer EscapesRef;
+layout(buffer_reference) buffer ScheduleRef;
 layout(buffer_reference) buffer RayRef;
 
 // One triangle with all that shading needs.
@@ -204,6 +212,22 @@ struct Counters {
     uvec2 escaped;
 };
 
+// A camera or bounce ray that hit nothing.
+struct Escape {
+    // Origin, world space.
+    vec3 origin;
+    // The pixel's number.
+    uint pixel;
+    // Unit direction.
+    vec3 direction;
+    // The pixel's sample it belongs to.
+    uint sample_index;
+    // Number of the level's face it began on; MISS for a camera ray.
+    uint face;
+    // Unused, keeps the size a multiple of 16 bytes.
+    vec3 padding;
+};
+
 // One ray as it was traced.
 struct LoggedRay {
     // Origin, world space.
@@ -226,6 +250,10 @@ struct PathTraceParams {
     CountersRef counters;
     // Where rays are logged, if they are.
     RayRef ray_log;
+    // Where rays that hit nothing are kept.
+    EscapesRef escapes;
+    // Samples to add by pixel, read if `sample_count` is 0.
+    ScheduleRef schedule;
     // Eye, world space.
     vec3 origin;
     // Level time, seconds.
@@ -240,14 +268,14 @@ struct PathTraceParams {
     uint depth;
     // To the upper edge of the image plane.
     vec3 up;
-    // Number of the first sample of this dispatch.
-    uint sample_begin;
+    // Samples to add to every pixel; 0 to read each pixel's from `schedule`.
+    uint sample_count;
     // Seed.
     uvec2 seed;
-    // Samples to add.
-    uint sample_count;
     // Rays logged per pixel at most.
     uint ray_log_length;
+    // Unused, keeps the size a multiple of 8 bytes.
+    uint padding;
 };
 
 // Triangles of all meshes, or emissive triangles in world space.
@@ -288,6 +316,16 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) restrict buffer Fi
 // Counters (one element).
 layout(buffer_reference, scalar, buffer_reference_align = 8) restrict buffer CountersRef {
     Counters at[];
+};
+
+// Rays that hit nothing, ESCAPES_KEPT elements.
+layout(buffer_reference, scalar, buffer_reference_align = 16) restrict buffer EscapesRef {
+    Escape at[];
+};
+
+// Samples to add to each pixel.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ScheduleRef {
+    uint at[];
 };
 
 // Logged rays: width * height rays of every pixel's first ray, then of the second, ...

@@ -1,9 +1,29 @@
-// A camera or bounce ray hit nothing: black, not sky.
+// A camera or bounce ray hit nothing: black, not sky, and counted. The first ones are kept.
 #version 460
 #extension GL_EXT_ray_tracing : require
+#extension GL_EXT_nonuniform_qualifier : require
+#extension GL_EXT_samplerless_texture_functions : require
 
+#include "bindings.glsl"
 #include "payload.glsl"
+#include "lib/film.glsl"
 
 layout(location = 0) rayPayloadInEXT HitPayload hit;
 
-void main() { hit.triangle = MISS; }
+void main() {
+    const uint slot = atomicAdd(params.counters.at[0].escaped.x, 1u);
+    if (slot == 0xffffffffu) atomicAdd(params.counters.at[0].escaped.y, 1u);
+    if (slot < ESCAPES_KEPT && params.counters.at[0].escaped.y == 0u) {
+        const uvec2 size = gl_LaunchSizeEXT.xy;
+        Escape escape;
+        escape.origin = gl_WorldRayOriginEXT;
+        escape.direction = gl_WorldRayDirectionEXT;
+        escape.pixel = gl_LaunchIDEXT.y * size.x + gl_LaunchIDEXT.x;
+        escape.sample_index = samples_taken(escape.pixel, size.x * size.y);
+        // The payload still names the triangle the ray began on.
+        escape.face = hit.triangle == MISS ? MISS
+                                           : params.scene.at[0].triangles.at[hit.triangle].face;
+        params.escapes.at[slot] = escape;
+    }
+    hit.triangle = MISS;
+}

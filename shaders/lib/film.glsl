@@ -20,6 +20,9 @@ void film_store(uint plane, uint pixel, uint pixels, vec4 value) {
     params.film.at[plane * pixels + pixel] = value;
 }
 
+// Samples the film holds of a pixel.
+uint samples_taken(uint pixel, uint pixels) { return uint(film_load(PLANE_BEAUTY, pixel, pixels).w); }
+
 struct FilmState {
     vec4 beauty;        // sum rgb, count
     vec4 deviation;     // sum of squared deviations rgb, id

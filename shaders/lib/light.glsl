@@ -8,10 +8,14 @@ struct LightSample {
     bool hittable;     // whether a ray in this direction would find the light too
 };
 
-// Solid-angle density with which sample_light chooses a point with this emission weight.
-float pdf_light(float emission_weight, float squared_distance, float cos_light) {
-    return emission_weight * params.scene.at[0].inv_total_weight * squared_distance
-        / max(abs(cos_light), 1e-12);
+// Solid-angle density with which sample_light chooses a point of a triangle with this emission weight
+// and area.
+float pdf_light(float emission_weight, float area, float squared_distance, float cos_light) {
+    float pdf_area = emission_weight * params.scene.at[0].inv_total_weight;
+    if (SELECTION == SELECTION_UNIFORM) {
+        pdf_area = emission_weight > 0.0 ? 1.0 / (float(params.scene.at[0].entry_count) * area) : 0.0;
+    }
+    return pdf_area * squared_distance / max(abs(cos_light), 1e-12);
 }
 
 LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
@@ -28,7 +32,9 @@ LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
     const float distance = sqrt(squared);
     s.wi = to_light / distance;
     const float cos_light = -dot(t.normal, s.wi);
-    s.pdf = pdf_light(material.emission_weight, squared, cos_light);
+    const float area = SELECTION == SELECTION_UNIFORM
+        ? 0.5 * length(cross(t.p1 - t.p0, t.p2 - t.p0)) : 0.0;
+    s.pdf = pdf_light(material.emission_weight, area, squared, cos_light);
     // The light's own surface must not shadow it: stop short by its error bound.
     const float error = position_error(t.p0, t.p1, t.p2);
     s.t_max = max(0.0, distance - error / max(abs(cos_light), 1e-3));
@@ -56,7 +62,9 @@ LightSample sample_point_light(uint index, vec3 from, vec2 u) {
     const vec3 axis = to_centre / distance;
     const float cap = one_minus_cos(sin2);
     s.wi = sample_cone(axis, cap, u);
-    s.pdf = light.probability * pdf_cone(cap);
+    const float probability = SELECTION == SELECTION_UNIFORM
+        ? 1.0 / float(params.scene.at[0].entry_count) : light.probability;
+    s.pdf = probability * pdf_cone(cap);
     // Distance to the near surface along wi.
     const float along = dot(to_centre, s.wi);
     const vec3 off = to_centre - along * s.wi;
@@ -72,12 +80,12 @@ LightSample sample_point_light(uint index, vec3 from, vec2 u) {
     return s;
 }
 
-// One light by the alias table: x chooses the entry, y keeps it or not, zw the point on it.
+// One light: x chooses the entry of the alias table, y keeps it or not, zw the point on it.
 LightSample sample_light(vec3 from, vec4 u) {
     const uint count = params.scene.at[0].entry_count;
     uint entry = min(uint(u.x * float(count)), count - 1u);
     const AliasEntry alias = params.scene.at[0].alias.at[entry];
-    if (u.y >= alias.keep) entry = alias.other;
+    if (SELECTION == SELECTION_POWER && u.y >= alias.keep) entry = alias.other;
     const uint triangles = params.scene.at[0].emitter_count;
     if (!HAS_POINT_LIGHTS || entry < triangles) return sample_emissive_triangle(entry, from, u.zw);
     return sample_point_light(entry - triangles, from, u.zw);

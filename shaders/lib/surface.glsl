@@ -13,6 +13,7 @@ struct Surface {
     float error;     // bound of the distance between `position` and the true surface
     uint flags;      // MATERIAL_ flags
     float emission_weight;
+    float area;      // of the triangle
     uint face;
 };
 
@@ -78,6 +79,7 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     const vec3 across = cross(t.p1 - t.p0, t.p2 - t.p0);
     const float squared = dot(across, across);
     s.geometric = squared > 0.0 ? across * inversesqrt(squared) : t.normal;
+    s.area = 0.5 * sqrt(squared);
     s.inward = (t.p0 + t.p1 + t.p2) / 3.0 - s.position;
     s.error = position_error(t.p0, t.p1, t.p2);
     s.flags = material.flags;

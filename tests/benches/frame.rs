@@ -92,6 +92,7 @@ fn settings(scene: &Scene, [width, height]: [u32; 2], estimator: Estimator) -> S
         height,
         camera: scene.cameras[0].clone(),
         estimator,
+        selection: scene::render::Selection::Power,
         depth: DEPTH,
         time: 0.0,
         seed: 0,

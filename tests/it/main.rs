@@ -2,6 +2,7 @@
 
 mod display;
 mod every_level;
+mod film;
 mod golden;
 mod hygiene;
 mod parity;

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, DVec3, Vec3};
 use scene::material::{luminance, srgb_to_linear};
-use scene::render::{Estimator, Film, Settings};
+use scene::render::{Estimator, Film, Selection, Settings};
 use scene::{
     Camera, EmissiveTriangle, Emitters, Instance, Material, MaterialId, Mesh, PointLight, Scene,
     Texture, TextureId, Triangle,
@@ -237,6 +237,7 @@ pub fn settings(camera: Camera, size: u32, estimator: Estimator, depth: u32) -> 
         height: size,
         camera,
         estimator,
+        selection: Selection::Power,
         depth,
         time: 0.0,
         seed: 1,

@@ -3,11 +3,13 @@
 use crate::integrator::PathSample;
 use glam::DVec3;
 use rayon::prelude::*;
-use scene::render::{Counters, Film};
+use scene::render::{Counters, Escape, Film};
 
 /// Sums of one pixel's radiance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PixelSums {
+    /// Samples taken, those that were not finite among them.
+    pub samples: u32,
     radiance: DVec3,
     squared: DVec3,
 }
@@ -26,18 +28,28 @@ pub(crate) struct LayerSums {
 }
 
 impl PixelSums {
-    /// Adds the radiance of one sample.
+    /// Adds the radiance of one sample; what is not finite counts as black.
     pub fn add(&mut self, radiance: DVec3) {
+        self.samples += 1;
+        if !radiance.is_finite() {
+            return;
+        }
         self.radiance += radiance;
         self.squared += radiance * radiance;
     }
 
-    fn mean(&self, samples: f64) -> DVec3 {
-        self.radiance / samples
+    fn mean(&self) -> DVec3 {
+        self.radiance / self.divisor()
+    }
+
+    /// Number of samples; without any, 1.
+    fn divisor(&self) -> f64 {
+        f64::from(self.samples.max(1))
     }
 
     /// Variance of the mean; 0 with fewer than two samples, which tell nothing about it.
-    fn variance(&self, samples: f64) -> DVec3 {
+    fn variance(&self) -> DVec3 {
+        let samples = self.divisor();
         if samples < 2.0 {
             return DVec3::ZERO;
         }
@@ -68,48 +80,58 @@ impl LayerSums {
     }
 }
 
-/// The picture after `samples` samples; without samples it is black.
+/// The picture so far; without samples it is black.
 pub(crate) fn develop(
     [width, height]: [u32; 2],
-    samples: u32,
     pixels: &[PixelSums],
     layers: &[LayerSums],
     counters: Counters,
+    escapes: Vec<Escape>,
 ) -> Film {
-    let n = f64::from(samples.max(1));
     let vector = |v: DVec3| v.as_vec3().to_array();
     let layer = |of: fn(&LayerSums) -> DVec3| -> Vec<[f32; 3]> {
-        layers.par_iter().map(|l| vector(of(l) / n)).collect()
+        (layers.par_iter().zip(pixels))
+            .map(|(l, p)| vector(of(l) / p.divisor()))
+            .collect()
     };
+    let samples = |p: &PixelSums| p.samples;
+    let is_even = pixels.iter().all(|p| p.samples == pixels[0].samples);
     Film {
         width,
         height,
-        samples,
-        beauty: pixels.par_iter().map(|p| vector(p.mean(n))).collect(),
-        variance: pixels.par_iter().map(|p| vector(p.variance(n))).collect(),
+        samples: (counters.paths as f64 / pixels.len() as f64).round() as u32,
+        sample_counts: if is_even {
+            Vec::new()
+        } else {
+            pixels.iter().map(samples).collect()
+        },
+        beauty: pixels.par_iter().map(|p| vector(p.mean())).collect(),
+        variance: pixels.par_iter().map(|p| vector(p.variance())).collect(),
         emission: layer(|l| l.emission),
         direct: layer(|l| l.direct),
         indirect: layer(|l| l.indirect),
         albedo: layer(|l| l.albedo),
         normal: layer(|l| l.normal),
         position: layer(|l| l.position),
-        depth: layers.par_iter().map(|l| (l.depth / n) as f32).collect(),
+        depth: (layers.par_iter().zip(pixels))
+            .map(|(l, p)| (l.depth / p.divisor()) as f32)
+            .collect(),
         id: layers.par_iter().map(|l| l.id).collect(),
         counters,
+        escapes,
     }
 }
 
 /// [`Film::estimated_relmse`] without making a film.
-pub(crate) fn estimated_relmse(samples: u32, pixels: &[PixelSums]) -> f64 {
-    let n = f64::from(samples);
-    if samples < 2 || pixels.is_empty() {
+pub(crate) fn estimated_relmse(pixels: &[PixelSums]) -> f64 {
+    if pixels.iter().any(|p| p.samples < 2) {
         return f64::INFINITY;
     }
     let sum: f64 = pixels
         .iter()
         .map(|p| {
-            let mean = p.mean(n);
-            (p.variance(n) / (mean * mean + 1e-2)).element_sum()
+            let mean = p.mean();
+            (p.variance() / (mean * mean + 1e-2)).element_sum()
         })
         .sum();
     sum / (3 * pixels.len()) as f64

@@ -9,7 +9,7 @@ use crate::shading::{
 use crate::triangle::Ray;
 use crate::world::World;
 use glam::DVec3;
-use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START};
+use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
 
 /// What a path found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,8 +24,16 @@ pub(crate) struct PathSample {
     pub first: Option<FirstHit>,
     /// Rays traced.
     pub rays: u64,
-    /// Whether the path left the scene.
-    pub escaped: bool,
+    /// The ray that left the scene, if one did.
+    pub escaped: Option<Lost>,
+}
+
+/// A ray that left the scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lost {
+    pub ray: Ray,
+    /// The face it began on; `None` for a camera ray.
+    pub face: Option<u32>,
 }
 
 /// What the camera ray hit.
@@ -49,24 +57,27 @@ impl PathSample {
     }
 }
 
-/// Follows one path from the camera ray `ray`; `depth` 0 is unlimited.
+/// Follows one path from the camera ray `ray`.
 pub(crate) fn trace_path(
     world: &World,
-    estimator: Estimator,
-    depth: u32,
+    settings: &Settings,
     mut ray: Ray,
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> PathSample {
+    let Settings {
+        estimator, depth, ..
+    } = *settings;
     let mut sample = PathSample::default();
     let mut throughput = DVec3::ONE;
     // Density of the ray's direction at the vertex before.
     let mut pdf_direction = 0.0;
+    let mut face = None;
     let mut k = 1_u32;
     loop {
         sample.rays += 1;
         let Some(hit) = world.closest_hit(&ray, stack) else {
-            sample.escaped = true;
+            sample.escaped = Some(Lost { ray, face });
             return sample;
         };
         let point = world.surface_point(&hit);
@@ -78,7 +89,8 @@ pub(crate) fn trace_path(
                 Estimator::Naive | Estimator::Uniform => 1.0,
                 Estimator::Nee => 0.0,
                 Estimator::Mis => {
-                    let pdf_light = world.pdf_light(&point, ray.direction, hit.at.t);
+                    let pdf_light =
+                        world.pdf_light(settings.selection, &point, ray.direction, hit.at.t);
                     mis_weight(pdf_direction, pdf_light)
                 }
             };
@@ -101,7 +113,7 @@ pub(crate) fn trace_path(
         }
 
         if estimator.samples_lights() {
-            let light = sample_light(world, estimator, &point, albedo, rng, stack);
+            let light = sample_light(world, settings, &point, albedo, rng, stack);
             sample.rays += u64::from(light.traced);
             sample.add(k + 1, throughput * light.radiance);
         }
@@ -124,6 +136,7 @@ pub(crate) fn trace_path(
             throughput /= survival;
         }
         ray = Ray::new(point.spawn_origin(), direction);
+        face = Some(point.face);
         k += 1;
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use reference::Reference;
-//! use scene::render::{Estimator, Renderer, Settings};
+//! use scene::render::{Estimator, Renderer, Selection, Settings};
 //! use std::sync::Arc;
 //!
 //! let settings = Settings {
@@ -24,6 +24,7 @@
 //!         fov_deg: scene::camera::DEFAULT_FOV_DEG,
 //!     },
 //!     estimator: Estimator::Mis,
+//!     selection: Selection::Power,
 //!     depth: 3,
 //!     time: 0.0,
 //!     seed: 0,
@@ -52,8 +53,7 @@ use rayon::prelude::*;
 use rng::Rng;
 use scene::Scene;
 use scene::camera::ViewBasis;
-use scene::render::{Counters, Film, Renderer, Settings};
-use std::ops::Range;
+use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Renderer, Settings};
 use std::sync::Arc;
 use triangle::Ray;
 use world::World;
@@ -82,11 +82,10 @@ const CHUNK: usize = 64;
 #[derive(Debug)]
 pub struct Reference {
     view: View,
-    samples: u32,
     pixels: Vec<PixelSums>,
     /// Empty if the layers are not wanted.
     layers: Vec<LayerSums>,
-    counters: Counters,
+    tally: Tally,
 }
 
 /// All that a sample depends on.
@@ -116,8 +115,7 @@ impl Reference {
                 basis: settings.camera.view_basis(width, height),
                 settings: settings.clone(),
             },
-            samples: 0,
-            counters: Counters::default(),
+            tally: Tally::default(),
         })
     }
 }
@@ -126,83 +124,83 @@ impl Renderer for Reference {
     type Error = Error;
 
     fn accumulate(&mut self, samples: u32) -> Result<(), Error> {
-        let end = (self.samples.checked_add(samples)).ok_or(Error::TooManySamples)?;
-        let (view, samples) = (&self.view, self.samples..end);
-        let pixels = self.pixels.par_chunks_mut(CHUNK);
-        let counters = if self.layers.is_empty() {
-            pixels
-                .enumerate()
-                .map(|(i, p)| view.render(i * CHUNK, samples.clone(), p, None))
-                .reduce(Counters::default, sum)
-        } else {
-            pixels
-                .zip(self.layers.par_chunks_mut(CHUNK))
-                .enumerate()
-                .map(|(i, (p, l))| view.render(i * CHUNK, samples.clone(), p, Some(l)))
-                .reduce(Counters::default, sum)
-        };
-        self.counters = sum(self.counters, counters);
-        self.samples = end;
-        Ok(())
+        self.add(|_| samples)
+    }
+
+    fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<(), Error> {
+        assert_eq!(samples.len(), self.pixels.len(), "a number for each pixel");
+        self.add(|pixel| samples[pixel])
     }
 
     fn film(&mut self) -> Result<Film, Error> {
         let size = [self.view.settings.width, self.view.settings.height];
-        Ok(film::develop(
-            size,
-            self.samples,
-            &self.pixels,
-            &self.layers,
-            self.counters,
-        ))
+        let Tally { counters, escapes } = self.tally.clone();
+        let (pixels, layers) = (&self.pixels, &self.layers);
+        Ok(film::develop(size, pixels, layers, counters, escapes))
     }
 
     fn estimated_relmse(&mut self) -> Result<f64, Error> {
-        Ok(film::estimated_relmse(self.samples, &self.pixels))
+        Ok(film::estimated_relmse(&self.pixels))
+    }
+}
+
+impl Reference {
+    /// Adds to each pixel as many samples as `how_many` says of its number.
+    fn add(&mut self, how_many: impl Fn(usize) -> u32 + Sync) -> Result<(), Error> {
+        let full = |(i, p): (usize, &PixelSums)| p.samples.checked_add(how_many(i)).is_none();
+        if self.pixels.iter().enumerate().any(full) {
+            return Err(Error::TooManySamples);
+        }
+        let (view, how_many) = (&self.view, &how_many);
+        let pixels = self.pixels.par_chunks_mut(CHUNK);
+        let tally = if self.layers.is_empty() {
+            pixels
+                .enumerate()
+                .map(|(i, p)| view.render(i * CHUNK, how_many, p, None))
+                .reduce(Tally::default, Tally::and)
+        } else {
+            pixels
+                .zip(self.layers.par_chunks_mut(CHUNK))
+                .enumerate()
+                .map(|(i, (p, l))| view.render(i * CHUNK, how_many, p, Some(l)))
+                .reduce(Tally::default, Tally::and)
+        };
+        self.tally = std::mem::take(&mut self.tally).and(tally);
+        Ok(())
     }
 }
 
 impl View {
-    /// Adds the samples of the given numbers to the pixels from number `first` on, and to their
+    /// Adds as many samples as `how_many` says to the pixels from number `first` on, and to their
     /// layers if there are any.
     fn render(
         &self,
         first: usize,
-        samples: Range<u32>,
+        how_many: &impl Fn(usize) -> u32,
         pixels: &mut [PixelSums],
         mut layers: Option<&mut [LayerSums]>,
-    ) -> Counters {
-        let Settings {
-            estimator,
-            depth,
-            seed,
-            ..
-        } = self.settings;
-        let mut counters = Counters::default();
+    ) -> Tally {
+        let mut tally = Tally::default();
         let mut stack = bvh::Stack::new();
         for (i, pixel) in pixels.iter_mut().enumerate() {
-            for number in samples.clone() {
-                let mut rng = Rng::new(seed, (first + i) as u64, u64::from(number));
-                let ray = self.camera_ray(first + i, rng.next2());
-                let path = trace_path(&self.world, estimator, depth, ray, &mut rng, &mut stack);
+            let place = first + i;
+            for _ in 0..how_many(place) {
+                let number = pixel.samples;
+                let mut rng = Rng::new(self.settings.seed, place as u64, u64::from(number));
+                let ray = self.camera_ray(place, rng.next2());
+                let path = trace_path(&self.world, &self.settings, ray, &mut rng, &mut stack);
                 let radiance = path.emission + path.direct + path.indirect;
-                counters.paths += 1;
-                counters.rays += path.rays;
-                counters.escaped += u64::from(path.escaped);
-                counters.nonfinite += u64::from(!radiance.is_finite());
-                let layers = layers.as_deref_mut().map(|l| &mut l[i]);
-                if let Some(layers) = layers {
+                tally.count(&path, radiance.is_finite(), place, number);
+                if let Some(layers) = layers.as_deref_mut().map(|l| &mut l[i]) {
                     layers.add_first_hit(&path, self.view_depth(&path), number == 0);
                     if radiance.is_finite() {
                         layers.add_light(&path);
                     }
                 }
-                if radiance.is_finite() {
-                    pixel.add(radiance);
-                }
+                pixel.add(radiance);
             }
         }
-        counters
+        tally
     }
 
     /// The ray through a point of a pixel; `u` is the place in the pixel, from its upper left.
@@ -227,12 +225,45 @@ impl View {
     }
 }
 
-fn sum(a: Counters, b: Counters) -> Counters {
-    Counters {
-        paths: a.paths + b.paths,
-        rays: a.rays + b.rays,
-        nonfinite: a.nonfinite + b.nonfinite,
-        escaped: a.escaped + b.escaped,
+/// What is counted along the way.
+#[derive(Clone, Debug, Default)]
+struct Tally {
+    counters: Counters,
+    escapes: Vec<Escape>,
+}
+
+impl Tally {
+    /// Counts one path.
+    fn count(&mut self, path: &PathSample, is_finite: bool, pixel: usize, sample: u32) {
+        self.counters.paths += 1;
+        self.counters.rays += path.rays;
+        self.counters.nonfinite += u64::from(!is_finite);
+        if let Some(lost) = &path.escaped {
+            self.counters.escaped += 1;
+            if self.escapes.len() < ESCAPES_KEPT {
+                self.escapes.push(Escape {
+                    pixel: pixel as u32,
+                    sample,
+                    origin: lost.ray.origin.as_vec3().to_array(),
+                    direction: lost.ray.direction.as_vec3().to_array(),
+                    face: lost.face,
+                });
+            }
+        }
+    }
+
+    /// Both, with the escapes of `self` first.
+    fn and(mut self, other: Self) -> Self {
+        self.escapes.extend(other.escapes);
+        self.escapes.truncate(ESCAPES_KEPT);
+        let (a, b) = (self.counters, other.counters);
+        self.counters = Counters {
+            paths: a.paths + b.paths,
+            rays: a.rays + b.rays,
+            nonfinite: a.nonfinite + b.nonfinite,
+            escaped: a.escaped + b.escaped,
+        };
+        self
     }
 }
 

@@ -10,7 +10,7 @@ use crate::shading::{
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
-use scene::render::Estimator;
+use scene::render::{Estimator, Selection, Settings};
 
 /// A light sample at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,7 +31,7 @@ struct Candidate {
 /// Samples one light as seen from `point`, which reflects with `albedo`.
 pub(crate) fn sample_light(
     world: &World,
-    estimator: Estimator,
+    settings: &Settings,
     point: &SurfacePoint<'_>,
     albedo: DVec3,
     rng: &mut Rng,
@@ -41,13 +41,19 @@ pub(crate) fn sample_light(
     if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
         return LightSample::default();
     }
-    let entry = sample_alias(&emitters.alias, rng.next());
+    let entry = match settings.selection {
+        Selection::Power => sample_alias(&emitters.alias, rng.next()),
+        Selection::Uniform => sample_even(emitters.alias.len(), rng.next()),
+    };
     let u = rng.next2();
     let candidate = match entry.checked_sub(emitters.triangles.len()) {
-        None => sample_emissive_triangle(world, estimator, point, entry, u),
+        None => sample_emissive_triangle(world, settings, point, entry, u),
         Some(light) => {
             let light = &world.scene.lights[light];
-            let pdf_choice = f64::from(light.weight()) / f64::from(emitters.total_weight);
+            let pdf_choice = match settings.selection {
+                Selection::Power => f64::from(light.weight()) / f64::from(emitters.total_weight),
+                Selection::Uniform => 1.0 / emitters.alias.len() as f64,
+            };
             sample_point_light(point, light, pdf_choice, u)
         }
     };
@@ -65,6 +71,11 @@ pub(crate) fn sample_light(
     }
 }
 
+/// Chooses one of `count` entries by one number in `0..1`.
+fn sample_even(count: usize, u: f64) -> usize {
+    ((u * count as f64) as usize).min(count - 1)
+}
+
 /// Chooses an entry of an alias table (Walker 1977) by one number in `0..1`.
 fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
     let scaled = u * table.len() as f64;
@@ -80,7 +91,7 @@ fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
 /// Irradiance estimate from a uniform point of an emissive triangle.
 fn sample_emissive_triangle(
     world: &World,
-    estimator: Estimator,
+    settings: &Settings,
     point: &SurfacePoint<'_>,
     index: usize,
     u: [f64; 2],
@@ -99,10 +110,9 @@ fn sample_emissive_triangle(
     if emitted == DVec3::ZERO {
         return None;
     }
-    let pdf_area =
-        f64::from(light.material.emission_weight) / f64::from(world.scene.emitters.total_weight);
+    let pdf_area = world.pdf_light_area(settings.selection, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
-    let weight = match estimator {
+    let weight = match settings.estimator {
         Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
         _ => 1.0,
     };

@@ -9,6 +9,7 @@ use crate::shading::{
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
+use scene::render::Selection;
 use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
 use std::sync::Arc;
@@ -62,6 +63,8 @@ pub(crate) struct SurfacePoint<'a> {
     pub uv: DVec2,
     /// The level's number of the face.
     pub face: u32,
+    /// Area of the triangle, square world units.
+    pub area: f64,
 }
 
 impl SurfacePoint<'_> {
@@ -156,6 +159,7 @@ impl World {
             material: &self.scene.materials[info.material as usize],
             uv: interpolate_uv(&info.uv, weights),
             face: info.face,
+            area: (b - a).cross(c - a).length() / 2.0,
         }
     }
 
@@ -212,13 +216,26 @@ impl World {
 
     /// Density per steradian with which light sampling chooses a point that a ray found after
     /// `distance` in `direction`.
-    pub fn pdf_light(&self, point: &SurfacePoint<'_>, direction: DVec3, distance: f64) -> f64 {
-        let weight = f64::from(point.material.emission_weight);
-        if weight <= 0.0 {
-            return 0.0;
-        }
-        let pdf_area = weight / f64::from(self.scene.emitters.total_weight);
+    pub fn pdf_light(
+        &self,
+        selection: Selection,
+        point: &SurfacePoint<'_>,
+        direction: DVec3,
+        distance: f64,
+    ) -> f64 {
+        let pdf_area = self.pdf_light_area(selection, point);
         pdf_area_to_solid_angle(pdf_area, distance * distance, point.normal.dot(direction))
+    }
+
+    /// Density per area with which light sampling chooses a point; 0 where nothing is chosen.
+    pub fn pdf_light_area(&self, selection: Selection, point: &SurfacePoint<'_>) -> f64 {
+        let weight = f64::from(point.material.emission_weight);
+        let emitters = &self.scene.emitters;
+        match selection {
+            _ if weight <= 0.0 => 0.0,
+            Selection::Power => weight / f64::from(emitters.total_weight),
+            Selection::Uniform => 1.0 / (emitters.alias.len() as f64 * point.area),
+        }
     }
 
     fn is_hole(&self, hit: &Hit) -> bool {

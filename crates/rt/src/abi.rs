@@ -116,6 +116,12 @@ abi! {
         ESTIMATOR_NEE: uint = 2;
         /// Estimator: light sampling and hits, weighted.
         ESTIMATOR_MIS: uint = 3;
+        /// Selection: by the alias table over estimated powers.
+        SELECTION_POWER: uint = 0;
+        /// Selection: every entry of the table alike.
+        SELECTION_UNIFORM: uint = 1;
+        /// Escapes that are kept; the rest is only counted.
+        ESCAPES_KEPT: uint = 100;
         /// Material flag: emits to both sides.
         MATERIAL_TWO_SIDED: uint = 2;
         /// Material flag: liquid warp; texture coordinates are world units.
@@ -184,6 +190,10 @@ abi! {
         FilmRef => restrict vec4, align "16";
         /// Counters (one element).
         CountersRef => restrict Counters, align "8";
+        /// Rays that hit nothing, ESCAPES_KEPT elements.
+        EscapesRef => restrict Escape, align "16";
+        /// Samples to add to each pixel.
+        ScheduleRef => readonly uint, align "4";
         /// Logged rays: width * height rays of every pixel's first ray, then of the second, ...
         RayRef => restrict LoggedRay, align "16";
     }
@@ -309,6 +319,21 @@ abi! {
             /// Camera and bounce rays that hit nothing.
             escaped: uvec2,
         }
+        /// A camera or bounce ray that hit nothing.
+        Escape {
+            /// Origin, world space.
+            origin: vec3,
+            /// The pixel's number.
+            pixel: uint,
+            /// Unit direction.
+            direction: vec3,
+            /// The pixel's sample it belongs to.
+            sample_index: uint,
+            /// Number of the level's face it began on; MISS for a camera ray.
+            face: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: vec3,
+        }
         /// One ray as it was traced.
         LoggedRay {
             /// Origin, world space.
@@ -330,6 +355,10 @@ abi! {
             counters: CountersRef,
             /// Where rays are logged, if they are.
             ray_log: RayRef,
+            /// Where rays that hit nothing are kept.
+            escapes: EscapesRef,
+            /// Samples to add by pixel, read if `sample_count` is 0.
+            schedule: ScheduleRef,
             /// Eye, world space.
             origin: vec3,
             /// Level time, seconds.
@@ -344,14 +373,14 @@ abi! {
             depth: uint,
             /// To the upper edge of the image plane.
             up: vec3,
-            /// Number of the first sample of this dispatch.
-            sample_begin: uint,
+            /// Samples to add to every pixel; 0 to read each pixel's from `schedule`.
+            sample_count: uint,
             /// Seed.
             seed: uvec2,
-            /// Samples to add.
-            sample_count: uint,
             /// Rays logged per pixel at most.
             ray_log_length: uint,
+            /// Unused, keeps the size a multiple of 8 bytes.
+            padding: uint,
         }
     }
 }
@@ -368,6 +397,7 @@ mod tests {
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<LoggedRay>(), 32);
+        assert_eq!(size_of::<Escape>(), 48);
         assert!(
             size_of::<PathTraceParams>() <= 128,
             "push constants every device has"

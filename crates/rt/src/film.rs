@@ -2,7 +2,7 @@
 
 use crate::abi;
 use crate::vk::{Buffer, Device, Error, Location, Recording, Usage};
-use scene::render::{Counters, Film, Settings};
+use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Settings};
 use std::sync::Arc;
 
 /// Running sums per pixel and counters; see `shaders/lib/film.glsl`.
@@ -13,7 +13,10 @@ pub struct GpuFilm {
     /// Planes of `width * height` vec4, one after the other.
     pub(crate) sums: Arc<Buffer>,
     pub(crate) counters: Arc<Buffer>,
+    pub(crate) escapes: Arc<Buffer>,
 }
+
+const _: () = assert!(abi::ESCAPES_KEPT as usize == ESCAPES_KEPT);
 
 const VEC4: u64 = size_of::<abi::vec4>() as u64;
 
@@ -37,6 +40,7 @@ impl GpuFilm {
             planes,
             sums: make("film", u64::from(planes) * pixels * VEC4)?,
             counters: make("counters", size_of::<abi::Counters>() as u64)?,
+            escapes: make("escapes", (ESCAPES_KEPT * size_of::<abi::Escape>()) as u64)?,
         };
         film.clear()?;
         Ok(film)
@@ -58,7 +62,7 @@ impl GpuFilm {
     ///
     /// # Errors
     /// When a call fails or there is no memory.
-    pub fn read_back(&self, samples: u32) -> Result<Film, Error> {
+    pub fn read_back(&self) -> Result<Film, Error> {
         let device = self.sums.device();
         let copy = |size| {
             Buffer::new(
@@ -70,38 +74,48 @@ impl GpuFilm {
             )
         };
         let (sums, counters) = (copy(self.sums.size())?, copy(self.counters.size())?);
+        let escapes = copy(self.escapes.size())?;
         let mut recording = Recording::begin(device)?;
         recording.copy(&self.sums, &sums, (0, 0), self.sums.size());
         recording.copy(&self.counters, &counters, (0, 0), self.counters.size());
+        recording.copy(&self.escapes, &escapes, (0, 0), self.escapes.size());
         recording.submit_and_wait()?;
 
         let pixels = self.width as usize * self.height as usize;
         let used = pixels * self.planes as usize * VEC4 as usize;
         let words: &[abi::vec4] = bytemuck::cast_slice(&sums.read()?[..used]);
         let plane = |index: u32| &words[index as usize * pixels..][..pixels];
-        let n = f64::from(samples.max(1));
-        let mean = |p: &abi::vec4| [0, 1, 2].map(|c| (f64::from(p[c]) / n) as f32);
+        let counts: Vec<u32> = (plane(abi::PLANE_BEAUTY).iter())
+            .map(|p| p[3] as u32)
+            .collect();
+        let taken: u64 = counts.iter().map(|&n| u64::from(n)).sum();
+        let mean = |(p, &n): (&abi::vec4, &u32)| {
+            [0, 1, 2].map(|c| (f64::from(p[c]) / f64::from(n.max(1))) as f32)
+        };
+        let layer = |index: u32| plane(index).iter().zip(&counts).map(mean).collect();
         let mut film = Film {
             width: self.width,
             height: self.height,
-            samples,
-            beauty: plane(abi::PLANE_BEAUTY).iter().map(mean).collect(),
+            samples: (taken as f64 / pixels as f64).round() as u32,
+            beauty: layer(abi::PLANE_BEAUTY),
             // Sample variance of one sample is not known; that of the mean needs two.
-            variance: (plane(abi::PLANE_DEVIATION).iter())
-                .map(|d| [0, 1, 2].map(|c| (f64::from(d[c]) / (n * (n - 1.0).max(1.0))) as f32))
+            variance: (plane(abi::PLANE_DEVIATION).iter().zip(&counts))
+                .map(|(d, &n)| {
+                    let n = f64::from(n.max(1));
+                    [0, 1, 2].map(|c| (f64::from(d[c]) / (n * (n - 1.0).max(1.0))) as f32)
+                })
                 .collect(),
             ..Film::default()
         };
         if self.planes == abi::PLANES_ALL {
-            let layer = |index: u32| plane(index).iter().map(mean).collect();
             film.emission = layer(abi::PLANE_EMISSION);
             film.direct = layer(abi::PLANE_DIRECT);
             film.indirect = layer(abi::PLANE_INDIRECT);
             film.albedo = layer(abi::PLANE_ALBEDO);
             film.normal = layer(abi::PLANE_NORMAL);
             film.position = layer(abi::PLANE_POSITION);
-            film.depth = (plane(abi::PLANE_COMPENSATION).iter())
-                .map(|p| (f64::from(p[3]) / n) as f32)
+            film.depth = (plane(abi::PLANE_COMPENSATION).iter().zip(&counts))
+                .map(|(p, &n)| (f64::from(p[3]) / f64::from(n.max(1))) as f32)
                 .collect();
             film.id = plane(abi::PLANE_DEVIATION)
                 .iter()
@@ -112,11 +126,27 @@ impl GpuFilm {
         let counted: abi::Counters = *bytemuck::from_bytes(&counters.read()?[..used]);
         let wide = |[low, high]: abi::uvec2| u64::from(high) << 32 | u64::from(low);
         film.counters = Counters {
-            paths: u64::from(samples) * pixels as u64,
+            paths: taken,
             rays: wide(counted.rays),
             nonfinite: wide(counted.nonfinite),
             escaped: wide(counted.escaped),
         };
+        let kept: &[abi::Escape] =
+            bytemuck::cast_slice(&escapes.read()?[..ESCAPES_KEPT * size_of::<abi::Escape>()]);
+        let count = film.counters.escaped.min(ESCAPES_KEPT as u64) as usize;
+        film.escapes = (kept[..count].iter())
+            .map(|e| Escape {
+                pixel: e.pixel,
+                sample: e.sample_index,
+                origin: e.origin,
+                direction: e.direction,
+                face: (e.face != abi::MISS).then_some(e.face),
+            })
+            .collect();
+        film.escapes.sort_by_key(|e| (e.pixel, e.sample));
+        if counts.iter().any(|&n| n != counts[0]) {
+            film.sample_counts = counts;
+        }
         Ok(film)
     }
 }

@@ -3,7 +3,7 @@
 use crate::abi;
 use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
-use crate::passes::path_trace::{Kind, PathTrace, RayLog};
+use crate::passes::path_trace::{Kind, PathTrace, RayLog, Samples};
 use crate::passes::tonemap::{ToneCurve, Tonemap};
 use crate::passes::{Frame, record_frame};
 use crate::vk::{
@@ -87,7 +87,8 @@ pub struct PathTracer {
     film: GpuFilm,
     path_trace: PathTrace,
     settings: Settings,
-    samples: u32,
+    /// Samples per pixel taken so far, on average.
+    samples: f64,
     trace_ms: f64,
     upload_timings: Vec<Timing>,
 }
@@ -110,7 +111,7 @@ impl PathTracer {
             film,
             path_trace,
             settings,
-            samples: 0,
+            samples: 0.0,
             trace_ms: 0.0,
             upload_timings,
         })
@@ -141,7 +142,7 @@ impl PathTracer {
     /// When a call fails.
     pub fn clear(&mut self) -> Result<(), Error> {
         self.film.clear()?;
-        (self.samples, self.trace_ms) = (0, 0.0);
+        (self.samples, self.trace_ms) = (0.0, 0.0);
         Ok(())
     }
 
@@ -159,19 +160,29 @@ impl PathTracer {
         refit: bool,
         samples: u32,
     ) -> Result<Vec<Timing>, Error> {
-        self.submit(Some((transforms, refit)), samples)
+        self.submit(Some((transforms, refit)), Samples::Even(samples))
+    }
+
+    /// Samples per pixel that one submission should take. The film does not depend on how samples
+    /// are split, so the split may follow the clock.
+    fn samples_that_fit(&self) -> u32 {
+        if self.trace_ms > 0.0 {
+            ((SUBMISSION_MS * self.samples / self.trace_ms) as u32).max(1)
+        } else {
+            1
+        }
     }
 
     fn submit(
         &mut self,
         moved: Option<(&[Affine3A], bool)>,
-        samples: u32,
+        samples: Samples,
     ) -> Result<Vec<Timing>, Error> {
         let mut recording = Recording::begin(&self.device)?;
         let frame = Frame {
             moved,
             settings: &self.settings,
-            samples: (self.samples, samples),
+            samples,
         };
         record_frame(
             &mut recording,
@@ -181,7 +192,6 @@ impl PathTracer {
             &frame,
         )?;
         let timings = recording.submit_and_wait()?;
-        self.samples += samples;
         self.trace_ms += (timings.iter().filter(|t| t.name == "path trace"))
             .map(|t| t.milliseconds)
             .sum::<f64>();
@@ -220,22 +230,34 @@ impl Renderer for PathTracer {
     fn accumulate(&mut self, samples: u32) -> Result<(), Error> {
         let mut left = samples;
         while left > 0 {
-            // The film does not depend on how samples are split, so the split may follow the clock.
-            let per_sample = self.trace_ms / f64::from(self.samples.max(1));
-            let fits = if per_sample > 0.0 {
-                (SUBMISSION_MS / per_sample) as u32
-            } else {
-                1
-            };
-            let now = left.min(fits.max(1));
-            self.submit(None, now)?;
+            let now = left.min(self.samples_that_fit());
+            self.submit(None, Samples::Even(now))?;
+            self.samples += f64::from(now);
             left -= now;
         }
         Ok(())
     }
 
+    fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<(), Error> {
+        let mut left = samples.to_vec();
+        while left.iter().any(|&n| n > 0) {
+            let fits = self.samples_that_fit();
+            let now: Vec<u32> = left.iter().map(|&n| n.min(fits)).collect();
+            let bytes = bytemuck::cast_slice(&now);
+            let usage = Usage::STORAGE_BUFFER;
+            let schedule = Buffer::with_data(&self.device, "samples per pixel", usage, bytes)?;
+            self.submit(None, Samples::PerPixel(schedule))?;
+            let taken: f64 = now.iter().map(|&n| f64::from(n)).sum();
+            self.samples += taken / now.len() as f64;
+            left.iter_mut()
+                .zip(now)
+                .for_each(|(left, now)| *left -= now);
+        }
+        Ok(())
+    }
+
     fn film(&mut self) -> Result<Film, Error> {
-        self.film.read_back(self.samples)
+        self.film.read_back()
     }
 }
 
@@ -267,7 +289,7 @@ impl Yardstick {
         let mut tracer = PathTracer::new(gpu, scene, settings)?;
         let (kind, scene) = (Kind::LogRays, &tracer.scene);
         tracer.path_trace = PathTrace::new(&device, scene, settings, kind, Some(log.clone()))?;
-        tracer.submit(None, samples)?;
+        tracer.submit(None, Samples::Even(samples))?;
         let kind = Kind::TraceOnly;
         let trace_only = PathTrace::new(&device, &tracer.scene, settings, kind, Some(log))?;
         Ok(Self { tracer, trace_only })
@@ -289,8 +311,13 @@ impl Yardstick {
         let tracer = &self.tracer;
         let mut recording = Recording::begin(&tracer.device)?;
         recording.span("trace only", |r| {
-            self.trace_only
-                .record(r, &tracer.scene, &tracer.film, &tracer.settings, 0, 0)
+            self.trace_only.record(
+                r,
+                &tracer.scene,
+                &tracer.film,
+                &tracer.settings,
+                &Samples::Even(1),
+            )
         })?;
         let timings = recording.submit_and_wait()?;
         Ok(timings.iter().map(|t| t.milliseconds).sum())

@@ -38,6 +38,30 @@ impl Estimator {
     }
 }
 
+/// How a light is chosen where light is sampled. All have the same expectation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Selection {
+    /// In proportion to the estimated power, by one alias table over the level.
+    #[default]
+    Power,
+    /// Every emissive triangle and every point light alike.
+    Uniform,
+}
+
+impl Selection {
+    /// All selections.
+    pub const ALL: [Self; 2] = [Self::Power, Self::Uniform];
+
+    /// The name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Power => "power",
+            Self::Uniform => "uniform",
+        }
+    }
+}
+
 /// Everything a picture depends on besides the scene.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -49,6 +73,8 @@ pub struct Settings {
     pub camera: Camera,
     /// How light is found.
     pub estimator: Estimator,
+    /// How lights are chosen by the estimators that sample them.
+    pub selection: Selection,
     /// Path vertices after the camera: 1 is emission seen directly, 2 adds direct light on seen
     /// surfaces, and so on; 0 is unlimited with Russian roulette.
     pub depth: u32,
@@ -78,6 +104,24 @@ pub struct Counters {
     pub escaped: u64,
 }
 
+/// A camera or bounce ray that left the scene without hitting anything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Escape {
+    /// The pixel's number, rows from the top.
+    pub pixel: u32,
+    /// Which of the pixel's samples it belongs to, from 0.
+    pub sample: u32,
+    /// Where the ray began, world space.
+    pub origin: [f32; 3],
+    /// Its direction, a unit vector.
+    pub direction: [f32; 3],
+    /// The level's number of the face it began on; `None` for a camera ray.
+    pub face: Option<u32>,
+}
+
+/// Escapes that a renderer keeps; it counts them all.
+pub const ESCAPES_KEPT: usize = 100;
+
 /// A finished or partial picture, as means over the samples taken so far.
 ///
 /// Every plane has `width * height` entries, rows from the top. Planes that were not asked for are
@@ -88,8 +132,10 @@ pub struct Film {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Samples per pixel behind these means.
+    /// Samples per pixel behind these means; their rounded mean if pixels differ.
     pub samples: u32,
+    /// Samples of each pixel; empty if all have [`Film::samples`].
+    pub sample_counts: Vec<u32>,
     /// Radiance; `emission + direct + indirect` up to rounding.
     pub beauty: Vec<[f32; 3]>,
     /// Variance of the mean radiance (sample variance divided by the number of samples).
@@ -113,6 +159,9 @@ pub struct Film {
     pub id: Vec<u32>,
     /// What was counted.
     pub counters: Counters,
+    /// The first escapes, at most [`ESCAPES_KEPT`], in order of pixel and sample. Which ones are
+    /// first where there are more is up to the device.
+    pub escapes: Vec<Escape>,
 }
 
 impl Film {
@@ -154,6 +203,18 @@ pub trait Renderer {
     /// # Errors
     /// When the device fails.
     fn accumulate(&mut self, samples: u32) -> Result<(), Self::Error>;
+
+    /// Adds `samples[i]` samples to pixel `i`, rows from the top: `width * height` numbers.
+    ///
+    /// A pixel's samples are numbered in the order they are taken, whichever call takes them: a
+    /// pixel that gets as many by one way as by the other gets the same mean.
+    ///
+    /// # Errors
+    /// When the device fails.
+    ///
+    /// # Panics
+    /// When there are not as many numbers as pixels.
+    fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<(), Self::Error>;
 
     /// The picture so far.
     ///

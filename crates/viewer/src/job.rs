@@ -12,6 +12,11 @@ pub trait AnyRenderer {
     /// # Errors
     /// When the device fails.
     fn accumulate(&mut self, samples: u32) -> Result<()>;
+    /// See [`Renderer::accumulate_per_pixel`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()>;
     /// See [`Renderer::film`].
     ///
     /// # Errors
@@ -27,6 +32,10 @@ pub trait AnyRenderer {
 impl<R: Renderer> AnyRenderer for R {
     fn accumulate(&mut self, samples: u32) -> Result<()> {
         Ok(Renderer::accumulate(self, samples)?)
+    }
+
+    fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()> {
+        Ok(Renderer::accumulate_per_pixel(self, samples)?)
     }
 
     fn film(&mut self) -> Result<Film> {
@@ -171,6 +180,10 @@ mod tests {
             self.calls.push(samples);
             std::thread::sleep(self.sleep);
             Ok(())
+        }
+
+        fn accumulate_per_pixel(&mut self, _: &[u32]) -> Result<()> {
+            unreachable!("pixels are treated alike")
         }
 
         fn film(&mut self) -> Result<Film> {

@@ -7,7 +7,7 @@ use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
 use crate::vk::{Error, Recording};
 use glam::Affine3A;
-use path_trace::PathTrace;
+use path_trace::{PathTrace, Samples};
 use scene::render::Settings;
 
 /// What one frame does.
@@ -16,8 +16,8 @@ pub(crate) struct Frame<'a> {
     pub moved: Option<(&'a [Affine3A], bool)>,
     /// Who looks, and how.
     pub settings: &'a Settings,
-    /// First sample and number of samples to add.
-    pub samples: (u32, u32),
+    /// Samples to add.
+    pub samples: Samples,
 }
 
 /// Records one frame: move what moves, then add samples to the film.
@@ -36,9 +36,8 @@ pub(crate) fn record_frame(
     if let Some((transforms, refit)) = frame.moved {
         scene.record_transforms(recording, transforms, refit)?;
     }
-    let (begin, count) = frame.samples;
     recording.span("path trace", |r| {
-        path_trace.record(r, scene, film, frame.settings, begin, count)
+        path_trace.record(r, scene, film, frame.settings, &frame.samples)
     })
 }
 

@@ -8,7 +8,7 @@ use crate::vk::{
     Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
     Specialization,
 };
-use scene::render::{Estimator, Settings};
+use scene::render::{Estimator, Selection, Settings};
 use std::sync::Arc;
 
 /// Where rays are logged, for the yardstick.
@@ -18,6 +18,15 @@ pub(crate) struct RayLog {
     pub buffer: Arc<Buffer>,
     /// Rays per pixel at most.
     pub length: u32,
+}
+
+/// How many samples to add.
+#[derive(Clone)]
+pub(crate) enum Samples {
+    /// As many to every pixel.
+    Even(u32),
+    /// To each pixel as many as its `u32` in the buffer says.
+    PerPixel(Arc<Buffer>),
 }
 
 /// The pipeline for one scene and one kind of settings, with the descriptors of the scene.
@@ -63,6 +72,10 @@ impl PathTrace {
             u32::from(features.fences),
             u32::from(settings.aovs),
             u32::from(kind == Kind::LogRays),
+            match settings.selection {
+                Selection::Power => abi::SELECTION_POWER,
+                Selection::Uniform => abi::SELECTION_UNIFORM,
+            },
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
@@ -88,22 +101,31 @@ impl PathTrace {
         Ok(Self { pipeline, set, log })
     }
 
-    /// Records `count` samples per pixel from sample `begin` on.
+    /// Records `samples`, the next ones of each pixel.
     pub fn record(
         &self,
         recording: &mut Recording,
         scene: &GpuScene,
         film: &GpuFilm,
         settings: &Settings,
-        begin: u32,
-        count: u32,
+        samples: &Samples,
     ) -> Result<(), Error> {
+        let (sample_count, schedule) = match samples {
+            Samples::Even(0) => return Ok(()),
+            Samples::Even(count) => (*count, 0),
+            Samples::PerPixel(schedule) => {
+                recording.keep(schedule.clone());
+                (0, schedule.address())
+            }
+        };
         let view = settings.camera.view_basis(settings.width, settings.height);
         let params = abi::PathTraceParams {
             scene: scene.address,
             film: film.sums.address(),
             counters: film.counters.address(),
             ray_log: self.log.as_ref().map_or(0, |l| l.buffer.address()),
+            escapes: film.escapes.address(),
+            schedule,
             ray_log_length: self.log.as_ref().map_or(0, |l| l.length),
             origin: view.origin.as_vec3().to_array(),
             forward: view.forward.as_vec3().to_array(),
@@ -113,12 +135,13 @@ impl PathTrace {
             time: settings.time,
             depth: settings.depth,
             seed: [settings.seed as u32, (settings.seed >> 32) as u32],
-            sample_begin: begin,
-            sample_count: count,
+            sample_count,
+            padding: 0,
         };
         let size = [settings.width, settings.height];
         recording.keep(film.sums.clone());
         recording.keep(film.counters.clone());
+        recording.keep(film.escapes.clone());
         self.pipeline
             .record_trace(recording, &self.set, bytemuck::bytes_of(&params), size)
     }

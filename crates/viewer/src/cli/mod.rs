@@ -6,7 +6,7 @@ mod shared;
 
 pub use compare::{Compare, Maxima};
 pub use render::{ExrType, LayerList, Render};
-pub use shared::{CameraChoice, EstimatorName, Lights, SceneArgs, ViewArgs};
+pub use shared::{CameraChoice, EstimatorName, Lights, SceneArgs, SelectionName, ViewArgs};
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand};

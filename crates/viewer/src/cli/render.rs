@@ -1,6 +1,6 @@
 //! `runelight render`.
 
-use super::shared::{EstimatorName, SceneArgs, ViewArgs, number};
+use super::shared::{EstimatorName, SceneArgs, SelectionName, ViewArgs, number};
 use crate::output::Layer;
 use crate::tonemap::Tonemap;
 use clap::{Args, ValueEnum};
@@ -88,6 +88,14 @@ pub struct Render {
         help_heading = "Quality"
     )]
     pub estimator: EstimatorName,
+    /// How a light is chosen by the estimators that sample lights
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "power",
+        help_heading = "Quality"
+    )]
+    pub selection: SelectionName,
     /// Same seed, same device, same picture bit for bit
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Quality")]
     pub seed: u64,

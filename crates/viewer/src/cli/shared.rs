@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use scene::camera::DEFAULT_FOV_DEG;
-use scene::render::Estimator;
+use scene::render::{Estimator, Selection};
 use scene::{Camera, Scene};
 
 /// What a picture shows of a scene.
@@ -149,6 +149,24 @@ impl From<EstimatorName> for Estimator {
             EstimatorName::Uniform => Self::Uniform,
             EstimatorName::Nee => Self::Nee,
             EstimatorName::Mis => Self::Mis,
+        }
+    }
+}
+
+/// `--selection`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SelectionName {
+    /// Bright and large lights more often
+    Power,
+    /// Every light alike
+    Uniform,
+}
+
+impl From<SelectionName> for Selection {
+    fn from(name: SelectionName) -> Self {
+        match name {
+            SelectionName::Power => Self::Power,
+            SelectionName::Uniform => Self::Uniform,
         }
     }
 }

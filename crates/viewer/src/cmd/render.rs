@@ -98,6 +98,7 @@ fn settings(args: &Render, scene: &Scene) -> Result<Settings> {
         height: args.view.size.1,
         camera: args.view.camera_of(scene)?,
         estimator: args.estimator.into(),
+        selection: args.selection.into(),
         depth: args.depth,
         time: args.scene.at as f32,
         seed: args.seed,
