@@ -7,6 +7,7 @@ use scene::{
     Camera, EmissiveTriangle, Emitters, Instance, Material, MaterialId, Mesh, PointLight, Scene,
     Texture, TextureId, Triangle,
 };
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A scene in the making: one mesh, placed once.
@@ -15,6 +16,8 @@ pub struct Builder {
     /// What is there so far, without its triangles.
     pub scene: Scene,
     triangles: Vec<Triangle>,
+    /// Vertices by the bits of their coordinates.
+    known: HashMap<[u32; 3], u32>,
 }
 
 impl Builder {
@@ -27,6 +30,7 @@ impl Builder {
                 ..Scene::default()
             },
             triangles: Vec::new(),
+            known: HashMap::new(),
         }
     }
 
@@ -97,13 +101,7 @@ impl Builder {
 
     /// A quadrilateral, counter-clockwise from the front; `uv` texels span its first two sides.
     pub fn quad(&mut self, corners: [Vec3; 4], material: MaterialId, uv: [f32; 2]) {
-        let positions = &mut self.scene.meshes[0].positions;
-        let [a, b, c, d] = corners.map(|p| {
-            positions.iter().position(|&q| p == q).unwrap_or_else(|| {
-                positions.push(p);
-                positions.len() - 1
-            }) as u32
-        });
+        let [a, b, c, d] = corners.map(|p| self.vertex(p));
         let normal = (corners[1] - corners[0])
             .cross(corners[3] - corners[0])
             .normalize();
@@ -140,26 +138,32 @@ impl Builder {
         self.quad(corners, material, uv);
     }
 
+    /// A triangle, counter-clockwise from the front, of the face number `face`. Its normal is given,
+    /// as a level's plane gives it, so that a sliver has a good one.
+    pub fn triangle(&mut self, corners: [Vec3; 3], normal: Vec3, material: MaterialId, face: u32) {
+        let vertices = corners.map(|p| self.vertex(p));
+        self.triangles.push(Triangle {
+            vertices,
+            uv: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+            normal,
+            material,
+            face,
+        });
+    }
+
+    /// The index of a vertex; equal ones are one.
+    fn vertex(&mut self, p: Vec3) -> u32 {
+        let positions = &mut self.scene.meshes[0].positions;
+        let known = self.known.entry(p.to_array().map(f32::to_bits));
+        *known.or_insert_with(|| {
+            positions.push(p);
+            positions.len() as u32 - 1
+        })
+    }
+
     /// An axis-aligned box that faces in or out; materials in the order -x +x -y +y -z +z.
     pub fn cuboid(&mut self, min: Vec3, max: Vec3, inward: bool, materials: [MaterialId; 6]) {
-        let corner = |bits: usize| {
-            let pick = |axis: usize| {
-                if bits >> axis & 1 == 1 {
-                    max[axis]
-                } else {
-                    min[axis]
-                }
-            };
-            Vec3::new(pick(0), pick(1), pick(2))
-        };
-        for (side, material) in materials.into_iter().enumerate() {
-            let (axis, upper) = (side / 2, side % 2);
-            let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
-            let base = upper << axis;
-            let mut corners = [base, base | u, base | u | v, base | v].map(corner);
-            if (upper == 1) == inward {
-                corners.reverse();
-            }
+        for (corners, material) in cuboid_sides(min, max, inward).into_iter().zip(materials) {
             self.quad(corners, material, [1.0, 1.0]);
         }
     }
@@ -170,6 +174,7 @@ impl Builder {
         mesh.positions
             .iter_mut()
             .for_each(|p| *p = by.transform_point3(*p));
+        self.known.clear();
         for t in &mut self.triangles {
             t.normal = by.transform_vector3(t.normal).normalize();
         }
@@ -209,6 +214,32 @@ impl Builder {
         scene.emitters = Emitters::new(emissive.collect(), &scene.lights);
         Arc::new(self.scene.completed())
     }
+}
+
+/// The sides of an axis-aligned box that faces in or out, counter-clockwise from the front, in the
+/// order -x +x -y +y -z +z.
+#[must_use]
+pub fn cuboid_sides(min: Vec3, max: Vec3, inward: bool) -> [[Vec3; 4]; 6] {
+    let corner = |bits: usize| {
+        let pick = |axis: usize| {
+            if bits >> axis & 1 == 1 {
+                max[axis]
+            } else {
+                min[axis]
+            }
+        };
+        Vec3::new(pick(0), pick(1), pick(2))
+    };
+    std::array::from_fn(|side| {
+        let (axis, upper) = (side / 2, side % 2);
+        let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
+        let base = upper << axis;
+        let mut corners = [base, base | u, base | u | v, base | v].map(corner);
+        if (upper == 1) == inward {
+            corners.reverse();
+        }
+        corners
+    })
 }
 
 /// A camera at `position`; angles in degrees.
