@@ -24,7 +24,9 @@ pub mod formulas;
 mod judge;
 pub mod level;
 pub mod lumps;
+mod run;
 
 pub use case::{Case, Escapes, Line, Truth};
 pub use cases::cases;
 pub use judge::{SIGMAS, Target, Verdict};
+pub use run::{Plan, Render};

@@ -18,7 +18,7 @@ pub fn cases() -> Vec<Case> {
             inside(),
             plain_box,
         )
-        .by(&[Naive, Uniform, Nee, Mis]),
+        .by(&[Naive, Uniform, Mis]),
         Case::new(
             "closed box, depth 4",
             "Four vertices give Le (1 - rho^4) / (1 - rho) in every single path.",
@@ -54,7 +54,7 @@ pub fn cases() -> Vec<Case> {
             far_box,
         )
         .depth(4)
-        .by(&[Nee, Mis]),
+        .by(&[Mis]),
         Case::new(
             "box of 131 k",
             "A room from -65,536 to 65,536 with pillars 16 units thick: long rays, small things.",
@@ -83,7 +83,7 @@ pub fn cases() -> Vec<Case> {
             slivers,
         )
         .depth(4)
-        .by(&[Nee, Mis]),
+        .by(&[Mis]),
         Case::new(
             "dark room at 65 k",
             "One unit of wall between a dark room and a bright sky, where a step is 1/128 unit.",

@@ -56,7 +56,7 @@ pub fn cases() -> Vec<Case> {
             },
         )
         .depth(4)
-        .by(&[Nee, Mis]),
+        .by(&[Mis]),
         mover_wins("flush func_wall wins", "func_wall"),
         mover_wins("flush func_door wins", "func_door"),
     ];
