@@ -1,8 +1,10 @@
 //! The command line of Runelight: everything between people and the renderers.
 
+pub mod bench;
 pub mod cli;
 pub mod cmd;
 pub mod device;
+pub mod export;
 pub mod interrupt;
 pub mod job;
 pub mod level;

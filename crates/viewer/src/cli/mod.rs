@@ -1,10 +1,14 @@
 //! The command line: names, defaults, help. What the options mean in full is said in their help.
 
+mod bench;
 mod compare;
+mod export;
 mod render;
 mod shared;
 
+pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
+pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, Render};
 pub use shared::{CameraChoice, EstimatorName, Lights, SceneArgs, SelectionName, ViewArgs};
 
@@ -109,6 +113,10 @@ pub enum Command {
     Info(Info),
     /// Measure how far an image is from a reference
     Compare(Box<Compare>),
+    /// Measure speed against error
+    Bench(Box<Bench>),
+    /// Write a level as another renderer reads it: Mitsuba 3, glTF
+    Export(Box<Export>),
     /// List what can compute: Vulkan devices, and the processor
     Devices,
 }
@@ -230,7 +238,7 @@ mod tests {
                 ErrorKind::UnknownArgument
             );
         }
-        for command in ["demo", "view", "bench", "export"] {
+        for command in ["demo", "view"] {
             assert_eq!(fails(&[command]).kind(), ErrorKind::InvalidSubcommand);
         }
     }

@@ -222,14 +222,14 @@ pub enum CameraChoice {
 /// Largest side of a picture, in pixels.
 const MAX_SIDE: u32 = 32_768;
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let wrong = || format!("a size is WIDTHxHEIGHT in pixels, 1 to {MAX_SIDE} each, as 1280x720");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
     side(w).zip(side(h)).ok_or_else(wrong)
 }
 
-fn parse_camera(text: &str) -> Result<CameraChoice, String> {
+pub(super) fn parse_camera(text: &str) -> Result<CameraChoice, String> {
     let words: Vec<&str> = (text.split(|c: char| c.is_whitespace() || c == ','))
         .filter(|w| !w.is_empty())
         .collect();

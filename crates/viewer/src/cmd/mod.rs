@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
+pub mod bench;
 pub mod compare;
 pub mod devices;
+pub mod export;
 pub mod info;
 pub mod render;
 
@@ -53,8 +55,10 @@ pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
             Ok(Outcome::Done)
         }
         Some(Command::Compare(args)) => compare::run(args, &context),
+        Some(Command::Bench(args)) => bench::run(args, &context),
         Some(Command::Render(args)) => render::run(args, &context),
         Some(Command::Info(args)) => info::run(args, &context),
+        Some(Command::Export(args)) => export::run(args, &context),
         Some(Command::Devices) => devices::run(&context),
     }
 }

@@ -1,0 +1,266 @@
+//! Is the expectation of a renderer the reference's?
+//!
+//! Two questions, three tests; each has a p-value, and noise alone gives a small one as rarely as
+//! it says.
+//!
+//! **Does the error fall as 1/N?** With the reference's own error subtracted, the expectation of
+//! relMSE is `variance / N + bias^2`, so relMSE times N is constant without bias and grows with
+//! it. The regression of relMSE times N over log N is taken for every repeat; its slopes are
+//! independent and have the expectation 0, whatever the budgets of a repeat share, and Student's
+//! test over the repeats decides. (The slope of log relMSE over log N is told as well. It is not
+//! decided by: a logarithm of a noisy number is biased itself.)
+//!
+//! **Does the mean differ?** Over all repeats at the largest number of samples, the mean radiance
+//! of the picture by channel, and that of 8x8 tiles, against the reference's, in standard errors
+//! of the difference (the variance of the pictures' means plus that of the reference). Pixels are
+//! independent, so sums of many are nearly normal; what skewness is left (a rare bright path) is
+//! corrected to first order (Johnson, "Modified t tests and confidence intervals for asymmetrical
+//! populations", JASA 1978), with the third moment of the pixels' differences.
+//!
+//! The p-values of a curve become one by Sidak's correction, and a curve is called biased where
+//! that is significant at [`ALPHA`] over all curves of the run, again by Sidak: an unbiased program
+//! is called biased in one run of a hundred, however many curves it has.
+
+use super::reference::Reference;
+use super::result::{Bias, Budget};
+use super::stats::{Estimate, normal_limit, normal_two_sided, sidak, sidak_level};
+use super::stats::{mean_and_error, slope, t_quantile, t_two_sided};
+
+/// Significance over all curves of a run.
+pub const ALPHA: f64 = 0.01;
+
+/// Tiles of a picture along each side.
+const TILES: usize = 8;
+
+/// Fewest pixels of a tile: a sum of fewer is not close to normal.
+const TILE_PIXELS: usize = 16;
+
+/// A picture's mean and the variance of it, as the mean of several independent pictures.
+#[derive(Clone, Debug)]
+pub struct Pooled {
+    width: usize,
+    mean: Vec<[f64; 3]>,
+    variance: Vec<[f64; 3]>,
+}
+
+impl Pooled {
+    /// Pools pictures of the same number of samples, `(mean, variance of the mean)` each, of
+    /// `width` pixels across.
+    #[must_use]
+    pub fn new(width: usize, pictures: &[(&[[f32; 3]], &[[f32; 3]])]) -> Self {
+        let pixels = pictures.first().map_or(0, |p| p.0.len());
+        let count = pictures.len() as f64;
+        let sum = |pixel: usize, plane: fn(&(&[[f32; 3]], &[[f32; 3]]), usize) -> [f32; 3]| {
+            let values = pictures.iter().map(|p| plane(p, pixel).map(f64::from));
+            values.fold([0.0; 3], |s: [f64; 3], v| [0, 1, 2].map(|c| s[c] + v[c]))
+        };
+        Self {
+            width,
+            mean: (0..pixels)
+                .map(|i| sum(i, |p, i| p.0[i]).map(|s| s / count))
+                .collect(),
+            variance: (0..pixels)
+                .map(|i| sum(i, |p, i| p.1[i]).map(|s| s / count / count))
+                .collect(),
+        }
+    }
+}
+
+/// Sums over pixels of what the tests need, one channel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    difference: f64,
+    variance: f64,
+    cubes: f64,
+    reference: f64,
+    pixels: usize,
+}
+
+impl Sums {
+    /// Difference in standard errors, corrected for skewness.
+    fn z(&self) -> f64 {
+        // What is exact in both differs by rounding alone.
+        let floor = 1e-6 * self.reference.abs() + 1e-12;
+        let variance = self.variance + floor * floor;
+        let skew = self.cubes / variance;
+        let s = self.difference;
+        (s + skew / 6.0 + skew / variance * s * s / 3.0) / variance.sqrt()
+    }
+}
+
+/// What the means say.
+struct Means {
+    z: [f64; 3],
+    ratio: Estimate,
+    error: f64,
+    tiles: usize,
+    tile_z: f64,
+    within: f64,
+}
+
+fn compare_means(reference: &Reference, pooled: &Pooled) -> Means {
+    let comparisons = 3 * pooled.mean.len();
+    let limit = normal_limit(sidak_level(ALPHA, comparisons));
+    let height = pooled.mean.len() / pooled.width.max(1);
+    let per_side = |side: usize| TILES.min(side / (TILE_PIXELS as f64).sqrt() as usize).max(1);
+    let (across, down) = (per_side(pooled.width), per_side(height));
+    let mut tiles = vec![[Sums::default(); 3]; across * down];
+    let mut within = 0;
+    for i in 0..pooled.mean.len() {
+        let tile = (i / pooled.width) * down / height.max(1) * across
+            + (i % pooled.width) * across / pooled.width;
+        let (r, r_variance) = (reference.mean()[i], reference.variance_of(i));
+        for c in 0..3 {
+            let difference = pooled.mean[i][c] - r[c];
+            let variance = pooled.variance[i][c] + r_variance[c];
+            // A floor for what is exact in both but for rounding.
+            let error = variance.sqrt().max(1e-5 * r[c].abs());
+            within += usize::from(difference.abs() <= limit * error);
+            let sums = &mut tiles[tile][c];
+            sums.difference += difference;
+            sums.variance += variance;
+            sums.cubes += difference.powi(3);
+            sums.reference += r[c];
+            sums.pixels += 1;
+        }
+    }
+    let whole = [0, 1, 2].map(|c| {
+        tiles.iter().fold(Sums::default(), |s, t| Sums {
+            difference: s.difference + t[c].difference,
+            variance: s.variance + t[c].variance,
+            cubes: s.cubes + t[c].cubes,
+            reference: s.reference + t[c].reference,
+            pixels: s.pixels + t[c].pixels,
+        })
+    });
+    let total: f64 = whole.iter().map(|s| s.reference).sum();
+    let difference: f64 = whole.iter().map(|s| s.difference).sum();
+    // A sample's channels go up and down together: at worst their errors add.
+    let error: f64 = whole.iter().map(|s| s.variance.sqrt()).sum();
+    let relative = |v: f64| if total > 0.0 { v / total } else { f64::NAN };
+    let ratio = 1.0 + relative(difference);
+    let half = 1.96 * relative(error);
+    Means {
+        z: whole.map(|s| s.z()),
+        ratio: Estimate {
+            value: ratio,
+            low: ratio - half,
+            high: ratio + half,
+        },
+        error: relative(error),
+        tiles: tiles.len(),
+        tile_z: (tiles.iter().flatten()).fold(0.0, |worst: f64, s| worst.max(s.z().abs())),
+        within: within as f64 / comparisons.max(1) as f64,
+    }
+}
+
+/// Whether the error falls as 1/N: the corrected relMSE of every repeat at every number of samples,
+/// `runs[repeat][budget]`.
+struct Fall {
+    slope: Estimate,
+    slope_p: f64,
+    growth: Estimate,
+    growth_p: f64,
+}
+
+fn fall(samples: &[f64], runs: &[Vec<f64>], reference_error: f64) -> Fall {
+    let logs: Vec<f64> = samples.iter().map(|n| n.ln()).collect();
+    let line = |run: &Vec<f64>, f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        let points = (logs.iter().zip(run).zip(samples)).map(|((x, e), n)| (*x, f(*e, *n)));
+        slope(&points.collect::<Vec<_>>())
+    };
+    let slopes: Vec<f64> = runs.iter().map(|r| line(r, &|e, _| e.ln())).collect();
+    let df = runs.len() as f64 - 1.0;
+    let (mean, error) = mean_and_error(&slopes);
+    let slope_p = t_two_sided((mean + 1.0) / error, df);
+
+    let all: Vec<f64> = (runs.iter())
+        .flat_map(|r| r.iter().zip(samples).map(|(e, n)| e * n))
+        .collect();
+    let level = all.iter().sum::<f64>() / all.len().max(1) as f64;
+    let growths: Vec<f64> = (runs.iter())
+        .map(|r| line(r, &|e, n| e * n) / level * std::f64::consts::LN_10)
+        .collect();
+    // What is subtracted for the reference is uncertain, and the same for all repeats.
+    let shared = vec![reference_error; samples.len()];
+    let shared = line(&shared, &|e, n| e * n) / level * std::f64::consts::LN_10;
+    let (growth, growth_error) = mean_and_error(&growths);
+    let growth_error = growth_error.hypot(shared);
+    let half = t_quantile(0.975, df) * growth_error;
+    Fall {
+        slope: Estimate::of_runs(&slopes),
+        slope_p,
+        growth: Estimate {
+            value: growth,
+            low: growth - half,
+            high: growth + half,
+        },
+        growth_p: t_two_sided(growth / growth_error, df),
+    }
+}
+
+/// Tests a curve.
+///
+/// `pooled` are the pictures of all repeats at the largest number of samples, `runs` the corrected
+/// relMSE as `[repeat][budget]` at the numbers of `samples` per pixel. Whether the result is
+/// significant is left to [`judge`].
+#[must_use]
+pub fn test(reference: &Reference, pooled: &Pooled, samples: &[f64], runs: &[Vec<f64>]) -> Bias {
+    let means = compare_means(reference, pooled);
+    let falls = samples.len() >= 3 && runs.len() >= 2;
+    let fall = if falls {
+        fall(samples, runs, reference.relmse_error())
+    } else {
+        Fall {
+            slope: Estimate::NONE,
+            slope_p: f64::NAN,
+            growth: Estimate::NONE,
+            growth_p: f64::NAN,
+        }
+    };
+    let worst = means.z.iter().fold(0.0, |w: f64, z| w.max(z.abs()));
+    let mean_p = sidak(normal_two_sided(worst), 3);
+    let tile_p = sidak(normal_two_sided(means.tile_z), 3 * means.tiles);
+    let tests: Vec<f64> = [mean_p, tile_p, fall.growth_p]
+        .into_iter()
+        .filter(|p| !p.is_nan())
+        .collect();
+    let p = sidak(tests.iter().copied().fold(1.0, f64::min), tests.len());
+    // The limit of the mean's test, were this curve alone, and the 90 % point beyond it.
+    let power = normal_limit(sidak_level(ALPHA, 9)) + 1.2816;
+    Bias {
+        slope: fall.slope,
+        slope_p: fall.slope_p,
+        growth: fall.growth,
+        growth_p: fall.growth_p,
+        mean_z: means.z,
+        mean_p,
+        mean_ratio: means.ratio,
+        tiles: means.tiles,
+        tile_z: means.tile_z,
+        tile_p,
+        pixels_within: means.within,
+        detects: power * means.error,
+        p,
+        biased: false,
+    }
+}
+
+/// Calls biased what is significant over all curves of a run.
+pub fn judge<'a>(all: impl IntoIterator<Item = &'a mut Bias>) {
+    let mut all: Vec<&mut Bias> = all.into_iter().collect();
+    let level = sidak_level(ALPHA, all.len());
+    for bias in &mut all {
+        // Written so that a p-value that is not a number is none to rely on.
+        let explained = bias.p >= level;
+        bias.biased = !explained;
+    }
+}
+
+/// The numbers of samples among `budgets`.
+#[must_use]
+pub fn sample_budgets(budgets: &[Budget]) -> Vec<usize> {
+    (0..budgets.len())
+        .filter(|i| matches!(budgets[*i], Budget::Samples(_)))
+        .collect()
+}

@@ -1,0 +1,318 @@
+//! What makes two measurements measurements of the same thing.
+//!
+//! **Level hash**: SHA-256 over the content of the imported [`Scene`], not over files. What a
+//! picture shows depends on the BSP, on `.lit` and `.ent` files beside it, the palette, item
+//! models in other archives, and on the import itself; all of that meets in the scene. Names,
+//! cameras and the report are left out: no sample depends on them.
+//!
+//! **Settings hash**: SHA-256 over what a picture's expectation depends on besides the scene:
+//! size, camera, depth and time, and over the options that made the scene (lights, threshold,
+//! emission scale) and [`FORMAT`]. Not over estimator, selection and seed, which change the noise alone.
+//!
+//! Numbers are hashed as little-endian bytes, floats by their bits, lists and texts after their
+//! length, alternatives after their number.
+
+use crate::cli::SceneArgs;
+use scene::light::Spot;
+use scene::render::Settings;
+use scene::sky::SkyKind;
+use scene::{
+    EmissiveTriangle, Emitters, Instance, Material, Mesh, PointLight, Scene, Surface, Texture,
+    Triangle,
+};
+use sha2::{Digest as _, Sha256};
+
+/// Version of the meaning of both hashes.
+pub const FORMAT: u32 = 1;
+
+/// SHA-256 over a sequence of values.
+#[derive(Default)]
+pub struct Hasher(Sha256);
+
+impl Hasher {
+    /// A whole number.
+    pub fn int(&mut self, value: u64) -> &mut Self {
+        self.0.update(value.to_le_bytes());
+        self
+    }
+
+    /// Floats.
+    pub fn floats(&mut self, values: impl IntoIterator<Item = f32>) -> &mut Self {
+        for value in values {
+            self.0.update(value.to_bits().to_le_bytes());
+        }
+        self
+    }
+
+    /// A text.
+    pub fn text(&mut self, value: &str) -> &mut Self {
+        self.int(value.len() as u64);
+        self.0.update(value.as_bytes());
+        self
+    }
+
+    /// The hash in hexadecimal digits.
+    #[must_use]
+    pub fn finish(self) -> String {
+        use std::fmt::Write as _;
+        self.0.finalize().iter().fold(String::new(), |mut text, b| {
+            let _ = write!(text, "{b:02x}");
+            text
+        })
+    }
+}
+
+/// The hash of a scene's content.
+///
+/// Every struct is taken apart whole, so that a field added to the scene is decided upon here.
+#[must_use]
+pub fn level_hash(scene: &Scene) -> String {
+    let mut h = Hasher::default();
+    h.text("runelight scene").int(FORMAT.into());
+    let Scene {
+        name: _,
+        title: _,
+        meshes,
+        instances,
+        materials,
+        textures,
+        emitters,
+        lights,
+        sky,
+        cameras: _,
+        bounds_min: _,
+        bounds_max: _,
+        features: _,
+        report: _,
+    } = scene;
+    h.int(meshes.len() as u64);
+    for mesh in meshes {
+        hash_mesh(&mut h, mesh);
+    }
+    h.int(instances.len() as u64);
+    for Instance {
+        mesh,
+        transform,
+        name: _,
+    } in instances
+    {
+        h.int(*mesh as u64).floats(transform.to_cols_array());
+    }
+    h.int(materials.len() as u64);
+    for material in materials {
+        hash_material(&mut h, material);
+    }
+    h.int(textures.len() as u64);
+    for Texture {
+        name: _,
+        width,
+        height,
+        rgba,
+    } in textures
+    {
+        h.int((*width).into()).int((*height).into());
+        h.int(rgba.len() as u64).0.update(rgba.as_flattened());
+    }
+    let Emitters {
+        triangles,
+        alias: _,
+        total_weight: _,
+        ..
+    } = emitters;
+    h.int(triangles.len() as u64);
+    for EmissiveTriangle {
+        instance,
+        triangle,
+        p0,
+        p1,
+        p2,
+        weight,
+    } in triangles
+    {
+        h.int((*instance).into()).int((*triangle).into());
+        h.floats(p0.to_array()).floats(p1.to_array()).floats(p2.to_array()).floats([*weight]);
+    }
+    h.int(lights.len() as u64);
+    for light in lights {
+        hash_light(&mut h, light);
+    }
+    h.floats([sky.scale]);
+    match sky.kind {
+        SkyKind::None => h.int(0),
+        SkyKind::Flat(radiance) => h.int(1).floats(radiance.to_array()),
+        SkyKind::Scrolling { back, front } => h.int(2).int(back.0.into()).int(front.0.into()),
+    };
+    h.finish()
+}
+
+fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
+    let Mesh {
+        name: _,
+        positions,
+        triangles,
+        first_alpha_tested,
+    } = mesh;
+    h.int(positions.len() as u64);
+    for p in positions {
+        h.floats(p.to_array());
+    }
+    h.int(*first_alpha_tested as u64).int(triangles.len() as u64);
+    for Triangle {
+        vertices,
+        uv,
+        normal,
+        material,
+        face: _,
+    } in triangles
+    {
+        for v in vertices {
+            h.int((*v).into());
+        }
+        h.floats(uv.as_flattened().iter().copied()).floats(normal.to_array());
+        h.int(material.0.into());
+    }
+}
+
+fn hash_material(h: &mut Hasher, material: &Material) {
+    let Material {
+        name: _,
+        surface,
+        base,
+        emission,
+        emission_scale,
+        emission_weight,
+        alpha_tested,
+        two_sided,
+        warped,
+    } = material;
+    h.int(match surface {
+        Surface::Diffuse => 0,
+        Surface::Sky => 1,
+    });
+    h.int(base.0.into());
+    h.int(emission.map_or(0, |t| u64::from(t.0) + 1));
+    h.floats([*emission_scale, *emission_weight]);
+    for flag in [alpha_tested, two_sided, warped] {
+        h.int((*flag).into());
+    }
+}
+
+fn hash_light(h: &mut Hasher, light: &PointLight) {
+    let PointLight {
+        position,
+        radius,
+        intensity,
+        spot,
+    } = light;
+    h.floats(position.to_array()).floats([*radius]).floats(intensity.to_array());
+    match spot {
+        None => h.int(0),
+        Some(Spot {
+            direction,
+            cos_inner,
+            cos_outer,
+        }) => h.int(1).floats(direction.to_array()).floats([*cos_inner, *cos_outer]),
+    };
+}
+
+/// The hash of what a picture's expectation depends on besides the scene.
+#[must_use]
+pub fn settings_hash(settings: &Settings, scene: &SceneArgs) -> String {
+    let mut h = Hasher::default();
+    let c = &settings.camera;
+    h.text("runelight settings").int(FORMAT.into());
+    h.int(settings.width.into()).int(settings.height.into());
+    h.floats(c.position.to_array());
+    h.floats([c.pitch_deg, c.yaw_deg, c.roll_deg, c.fov_deg]);
+    h.int(settings.depth.into()).floats([settings.time]);
+    h.text(scene.lights.name());
+    h.floats([scene.threshold as f32, scene.emission_scale as f32]);
+    h.finish()
+}
+
+/// Seeds of references have this bit, those of measured runs do not: they never share a random
+/// number.
+pub const REFERENCE_SEED: u64 = 1 << 63;
+
+/// Seed of a measured run: curves and repeats have different ones.
+#[must_use]
+pub fn measured_seed(seed: u64, curve: usize, repeat: u32) -> u64 {
+    let offset = ((curve as u64 + 1) << 32) + u64::from(repeat);
+    seed.wrapping_add(offset) & !REFERENCE_SEED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::camera::Camera;
+
+    fn settings() -> Settings {
+        Settings {
+            width: 4,
+            height: 3,
+            camera: Camera {
+                name: "a".into(),
+                position: [0.0; 3].into(),
+                pitch_deg: 0.0,
+                yaw_deg: 0.0,
+                roll_deg: 0.0,
+                fov_deg: 90.0,
+            },
+            estimator: scene::render::Estimator::Mis,
+            selection: Default::default(),
+            depth: 3,
+            time: 0.0,
+            seed: 0,
+            aovs: false,
+        }
+    }
+
+    #[test]
+    fn hashes_follow_what_pictures_depend_on_and_nothing_else() {
+        let args = SceneArgs {
+            at: 0.0,
+            lights: crate::cli::Lights::Auto,
+            threshold: 0.5,
+            emission_scale: 4.0,
+        };
+        let of = |s: &Settings| settings_hash(s, &args);
+        let base = of(&settings());
+        assert_eq!(base.len(), 64);
+        let mut same = settings();
+        (same.seed, same.estimator) = (9, scene::render::Estimator::Naive);
+        same.camera.name = "b".into();
+        assert_eq!(of(&same), base);
+        let mut other = settings();
+        other.depth = 4;
+        assert_ne!(of(&other), base);
+        let mut other = settings();
+        other.camera.yaw_deg = 1.0;
+        assert_ne!(of(&other), base);
+
+        let mut level = Scene {
+            textures: vec![Texture {
+                name: "t".into(),
+                width: 1,
+                height: 1,
+                rgba: vec![[1, 2, 3, 255]],
+            }],
+            ..Scene::default()
+        };
+        let base = level_hash(&level);
+        level.name = "renamed".into();
+        assert_eq!(level_hash(&level), base);
+        level.textures[0].rgba[0][2] = 4;
+        assert_ne!(level_hash(&level), base);
+    }
+
+    #[test]
+    fn seeds_of_runs_differ_and_never_meet_those_of_references() {
+        let mut seen = std::collections::BTreeSet::new();
+        for seed in [0, 1 << 40, u64::MAX] {
+            for (curve, repeat) in [(0, 0), (0, 1), (1, 0), (5, 7)] {
+                let s = measured_seed(seed, curve, repeat);
+                assert!(s & REFERENCE_SEED == 0 && seen.insert(s));
+            }
+        }
+    }
+}
