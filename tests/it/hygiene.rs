@@ -74,6 +74,11 @@ fn rooms_do_not_know_what_they_must_not() {
         &["ash", "vk", "rt", "File", "fs"],
         "no Vulkan, no files",
     );
+    assert_absent(
+        "crates/gallery/src",
+        &["ash", "vk", "rt", "reference", "File", "fs", "winit"],
+        "the gallery renders nothing, and knows no Vulkan, files or windows",
+    );
     let rendering = ["ash", "vk", "glam", "scene", "rt"];
     assert_absent("crates/bsp/src", &rendering, "the loader knows bytes");
     for (folder, dependency) in [
@@ -83,6 +88,13 @@ fn rooms_do_not_know_what_they_must_not() {
         ("scene", "ash"),
         ("bsp", "glam"),
         ("mapc", "bsp"),
+        ("gallery", "ash"),
+        ("gallery", "rt"),
+        ("gallery", "reference"),
+        ("gallery", "runelight"),
+        ("rt", "gallery"),
+        ("reference", "gallery"),
+        ("scene", "gallery"),
     ] {
         let manifest = fs::read_to_string(root().join(format!("crates/{folder}/Cargo.toml")));
         let manifest = manifest.expect("a manifest");

@@ -4,6 +4,7 @@ mod display;
 mod every_level;
 mod film;
 mod golden;
+mod hard;
 mod hygiene;
 mod parity;
 mod reference;

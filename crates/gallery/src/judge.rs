@@ -30,8 +30,8 @@ pub struct Verdict {
     pub interval: f64,
     /// `error / expected`; 0 where both are.
     pub relative: f64,
-    /// The error in standard errors; 0 where there is neither.
-    pub z: f64,
+    /// The error in standard errors; `None` where rounding outweighs the noise.
+    pub z: Option<f64>,
     /// Rays per 10^9 that left the scene.
     pub escaped_per_billion: f64,
     /// What is wrong, a sentence each; empty if the case passed.
@@ -77,10 +77,10 @@ impl Case {
         let meets = excess(worst) <= 0.0;
         if !meets {
             failures.push(format!(
-                "the mean is off by {relative:.2e} of {:.6}, {:.1} standard errors; the line is \
-                 {:.1e}",
+                "the mean is off by {relative:.2e} of {:.3e}, where noise explains {:.1e} and the \
+                 line is {:.1e}",
                 expected[worst],
-                ratio(error(worst), sigma(worst)),
+                ratio(SIGMAS * sigma(worst), expected[worst].abs()),
                 self.line.relative
             ));
         }
@@ -93,7 +93,8 @@ impl Case {
             error: error(worst),
             interval,
             relative,
-            z: ratio(error(worst), sigma(worst)),
+            z: (sigma(worst) > 0.1 * self.line.relative * expected[worst].abs())
+                .then(|| error(worst) / sigma(worst)),
             escaped_per_billion: 1e9 * film.counters.escaped as f64
                 / film.counters.rays.max(1) as f64,
             failures,
@@ -105,15 +106,14 @@ impl Case {
             Truth::Black => *pixel != [0.0; 3],
             _ => (0..3).any(|c| {
                 let off = (f64::from(pixel[c]) - expected[c]).abs();
-                // Not the complement, as above.
-                !(off <= self.line.relative * expected[c].abs())
+                off.is_nan() || off > self.line.relative * expected[c].abs()
             }),
         };
         if !(self.line.every_pixel || matches!(self.truth, Truth::Black)) {
             return;
         }
         let wrong = film.beauty.iter().filter(|p| is_wrong(p)).count();
-        if let Some(first) = film.beauty.iter().position(|p| is_wrong(p)) {
+        if let Some(first) = film.beauty.iter().position(is_wrong) {
             failures.push(format!(
                 "{wrong} of {} pixels are wrong: pixel {first} is {:?}, not {expected:?}",
                 film.beauty.len(),
@@ -223,11 +223,13 @@ mod tests {
         // The mean of four pixels with a variance of 1e-4 has a standard error of 0.005.
         let verdict = case.judge(&film(2.02, 1e-4), Target::Truth);
         assert!(verdict.passed(), "{:?}", verdict.failures);
-        assert!((verdict.z - 4.0).abs() < 1e-3 && (verdict.relative - 0.01).abs() < 1e-6);
+        let z = verdict.z.expect("noise");
+        assert!((z - 4.0).abs() < 1e-3 && (verdict.relative - 0.01).abs() < 1e-6);
         assert!((verdict.interval - 0.0098).abs() < 1e-6);
         assert!(!case.judge(&film(2.03, 1e-4), Target::Truth).passed());
         // Rounding alone.
-        assert!(case.judge(&film(2.000_01, 0.0), Target::Truth).passed());
+        let verdict = case.judge(&film(2.000_01, 0.0), Target::Truth);
+        assert!(verdict.passed() && verdict.z.is_none());
         assert!(!case.judge(&film(2.0001, 0.0), Target::Truth).passed());
         // Too noisy to tell.
         assert!(!case.judge(&film(2.0, 1.0), Target::Truth).passed());

@@ -7,7 +7,7 @@ use scene::render::{Estimator, Film, Settings};
 use std::sync::Arc;
 
 /// Seed of the judge in double precision: another than the picture's.
-const JUDGE_SEED: u64 = 0x6a75_6467_65;
+const JUDGE_SEED: u64 = 0x6a75_6467;
 /// Largest picture, pixels across: enough threads for any GPU.
 const MAX_SIZE: u32 = 512;
 
@@ -77,7 +77,6 @@ impl Case {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::cases;
 
     #[test]

@@ -20,6 +20,7 @@ pub fn cases() -> Vec<Case> {
         slit(),
         room_at_65k(),
         million(),
+        sparse_million(),
     ]
 }
 
@@ -105,21 +106,23 @@ fn one_texel_lamp() -> Case {
     .interval(0.3)
 }
 
+/// Radiant intensity of the small sphere.
+const SPHERE: f32 = 1e9;
+
 fn small_sphere() -> Case {
-    let at = Vec3::new(500.0, 700.0, 2900.0);
-    let cos_over_d2 = f64::from(at.z) / at.as_dvec3().length().powi(3);
-    let intensity = 1e9;
+    const AT: Vec3 = Vec3::new(500.0, 700.0, 2900.0);
+    let cos_over_d2 = f64::from(AT.z) / AT.as_dvec3().length().powi(3);
     on_the_ground(
         "small sphere at 3 k",
         "A light entity of radius 0.4 whose cone of 2e-8 steradians vanishes in 1 - cos.",
-        [rho() / PI * f64::from(intensity) * cos_over_d2; 3],
-        move || {
+        [rho() / PI * f64::from(SPHERE) * cos_over_d2; 3],
+        || {
             let mut b = Builder::new();
             ground(&mut b, 100.0);
             b.light(PointLight {
-                position: Vec3::new(500.0, 700.0, 2900.0),
+                position: AT,
                 radius: 0.4,
-                intensity: Vec3::splat(1e9),
+                intensity: Vec3::splat(SPHERE),
                 spot: None,
             });
             b.build()
@@ -292,4 +295,34 @@ fn million() -> Case {
         "a compensated f32 sum is good to 1e-7 whatever the number of terms; the radiance of a \
          sample to 3e-7",
     )
+}
+
+/// One lit texel of this many, side by side.
+const STRIPES: u16 = 16;
+
+fn sparse_million() -> Case {
+    let emitted = 1000.0;
+    // Straight down from 128 units a field of view of 90 degrees sees 192 units across (three
+    // quarters of it: the field is that of 4:3), which is six tiles for each of two pixels.
+    Case::new(
+        "10^6 sparse samples",
+        "A million samples in a pixel of which one in 16 finds light.",
+        Truth::Radiance([emitted / f64::from(STRIPES); 3]),
+        camera(Vec3::new(0.0, 0.0, 128.0), 90.0, 0.0, 90.0),
+        move || {
+            let mut b = Builder::new();
+            let mut texels = vec![[0, 0, 0, 255]; usize::from(STRIPES)];
+            texels[5] = [255; 4];
+            let stripes = b.texture(texels.len(), texels);
+            let stripes = b.material(stripes, Some(stripes), emitted as f32);
+            let half = 16.0 * f32::from(STRIPES);
+            b.slab(Vec3::ZERO, [half; 2], true, stripes, [2.0 * half, 1.0]);
+            b.build()
+        },
+    )
+    .depth(1)
+    .by(&[Naive])
+    .samples(2, 1_000_000)
+    .fixed()
+    .interval(0.005)
 }

@@ -11,6 +11,7 @@ pub mod baseline;
 pub mod bias;
 pub mod csv;
 pub mod evaluate;
+pub mod hard;
 pub mod identity;
 mod machine;
 pub mod measure;

@@ -153,7 +153,7 @@ fn verdict(bias: &Bias) -> [String; 12] {
 }
 
 /// Columns as wide as their widest field; the first `left` to the left, the others to the right.
-fn table(rows: &[Vec<String>], left: usize) -> String {
+pub(super) fn table(rows: &[Vec<String>], left: usize) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     // Rows that end early say something instead of figures; it does not widen a column.
     let widths: Vec<usize> = (0..columns)
