@@ -27,7 +27,10 @@ pub fn read(path: &Path) -> Result<Bench> {
     let at = || format!("{} cannot be read", path.display());
     let length = std::fs::metadata(path).with_context(at)?.len();
     if length > MAX_BYTES {
-        bail!("{}: {length} bytes are more than {MAX_BYTES}", path.display());
+        bail!(
+            "{}: {length} bytes are more than {MAX_BYTES}",
+            path.display()
+        );
     }
     let text = std::fs::read_to_string(path).with_context(at)?;
     let bench: Bench = serde_json::from_str(&text)
@@ -75,7 +78,10 @@ pub fn compare(old: &Bench, new: &Bench, tolerance: f64) -> Result<Verdict> {
             old.device, old.machine.cpu
         );
     } else if old.driver != new.driver {
-        text += &format!("another driver: {} before, {} now\n", old.driver, new.driver);
+        text += &format!(
+            "another driver: {} before, {} now\n",
+            old.driver, new.driver
+        );
     }
     let mut figures = Vec::new();
     let mut why_not = Vec::new();
@@ -100,7 +106,9 @@ pub fn compare(old: &Bench, new: &Bench, tolerance: f64) -> Result<Verdict> {
     if figures.is_empty() {
         return Err(anyhow!(
             "the baseline has nothing to compare with: {}",
-            why_not.first().map_or("no sample budget is in both", String::as_str)
+            why_not
+                .first()
+                .map_or("no sample budget is in both", String::as_str)
         ));
     }
     share_noise_of_times(&mut figures);
@@ -186,7 +194,11 @@ fn add(figures: &mut Vec<Figure>, view: &str, old: &Curve, new: &Curve, times: b
         let [a, b] = [old_last, new_last].map(|p| logs(&p.seconds_runs));
         push(format!("seconds for {}", new_last.budget), &a, &b, true);
         let cost = |points: &[&Point]| -> Vec<f64> {
-            let repeats = points.iter().map(|p| p.relmse_runs.len()).min().unwrap_or(0);
+            let repeats = points
+                .iter()
+                .map(|p| p.relmse_runs.len())
+                .min()
+                .unwrap_or(0);
             (0..repeats)
                 .map(|r| {
                     let sum: f64 = (points.iter())
@@ -197,15 +209,21 @@ fn add(figures: &mut Vec<Figure>, view: &str, old: &Curve, new: &Curve, times: b
                 .collect()
         };
         let (old, new): (Vec<&Point>, Vec<&Point>) = both.into_iter().unzip();
-        push("relMSE times seconds".to_owned(), &cost(&old), &cost(&new), false);
+        push(
+            "relMSE times seconds".to_owned(),
+            &cost(&old),
+            &cost(&new),
+            false,
+        );
     }
 }
 
 /// Gives all times the noise of all times together.
 fn share_noise_of_times(figures: &mut [Figure]) {
     let known = |f: &&Figure| f.is_time && f.error.is_finite();
-    let (squares, df) = (figures.iter().filter(known))
-        .fold((0.0, 0.0), |(s, d), f| (s + f.error * f.error * f.df, d + f.df));
+    let (squares, df) = (figures.iter().filter(known)).fold((0.0, 0.0), |(s, d), f| {
+        (s + f.error * f.error * f.df, d + f.df)
+    });
     if df > 0.0 {
         for figure in figures.iter_mut().filter(|f| f.is_time) {
             figure.error = (squares / df).sqrt();

@@ -5,16 +5,40 @@ use super::stats::Estimate;
 
 /// The metrics with columns of their own.
 const METRICS: [&str; 8] = [
-    "mse", "rmse", "relmse", "mape", "smape", "flip", "mean_ratio", "max_abs",
+    "mse",
+    "rmse",
+    "relmse",
+    "mape",
+    "smape",
+    "flip",
+    "mean_ratio",
+    "max_abs",
 ];
 
 /// The file: comma-separated, a head line, one line a point. What is not known is empty.
 #[must_use]
 pub fn text(bench: &Bench) -> String {
     let mut head: Vec<String> = [
-        "level", "camera", "width", "height", "depth", "lights", "estimator", "selection",
-        "budget_spp", "budget_s", "samples", "paths", "rays", "nonfinite", "escaped",
-        "escaped_per_1e9_rays", "estimated_relmse", "speedup_beyond_curve", "bias_p", "biased",
+        "level",
+        "camera",
+        "width",
+        "height",
+        "depth",
+        "lights",
+        "estimator",
+        "selection",
+        "budget_spp",
+        "budget_s",
+        "samples",
+        "paths",
+        "rays",
+        "nonfinite",
+        "escaped",
+        "escaped_per_1e9_rays",
+        "estimated_relmse",
+        "speedup_beyond_curve",
+        "bias_p",
+        "biased",
     ]
     .map(str::to_owned)
     .to_vec();

@@ -13,7 +13,14 @@ use std::sync::Mutex;
 
 /// The metrics of `compare` that are told.
 const TOLD: [&str; 8] = [
-    "mse", "rmse", "relmse", "mape", "smape", "flip", "mean_ratio", "max_abs",
+    "mse",
+    "rmse",
+    "relmse",
+    "mape",
+    "smape",
+    "flip",
+    "mean_ratio",
+    "max_abs",
 ];
 
 /// What was rendered for a curve: `runs[repeat][budget]`.
@@ -53,8 +60,8 @@ pub fn curves(reference: &Reference, rendered: &[Rendered]) -> Result<Vec<Curve>
 
 fn curve(reference: &Reference, picture: &Picture, rendered: &Rendered) -> Result<Curve> {
     let compared = compare_all(picture, &rendered.runs)?;
-    let budgets: Vec<Budget> = (rendered.runs.first())
-        .map_or(Vec::new(), |run| run.iter().map(|s| s.budget).collect());
+    let budgets: Vec<Budget> =
+        (rendered.runs.first()).map_or(Vec::new(), |run| run.iter().map(|s| s.budget).collect());
     let mut points = Vec::new();
     for b in 0..budgets.len() {
         let shots: Vec<&Snapshot> = rendered.runs.iter().map(|run| &run[b]).collect();
@@ -108,7 +115,11 @@ fn compare_all(picture: &Picture, runs: &[Vec<Snapshot>]) -> Result<Vec<Vec<Metr
     let found = found.into_inner().unwrap_or_default();
     let mut all = Vec::new();
     for metrics in found {
-        all.push(metrics.ok_or_else(|| anyhow!("a comparison failed"))?.map_err(|e| anyhow!(e))?);
+        all.push(
+            metrics
+                .ok_or_else(|| anyhow!("a comparison failed"))?
+                .map_err(|e| anyhow!(e))?,
+        );
     }
     let mut all = all.into_iter();
     Ok((runs.iter())
@@ -132,7 +143,13 @@ fn point(reference: &Reference, shots: &[&Snapshot], metrics: &[&Metrics]) -> Po
         };
         told.insert(name.to_owned(), estimate);
     }
-    let less = |name: &str, own: f64| told[name].map(|v| v - own);
+    let less = |name: &str, own: f64| {
+        let less = told[name].map(|v| v - own);
+        Estimate {
+            low: less.low.max(0.0),
+            ..less
+        }
+    };
     let mse = less("mse", reference.mse());
     let relmse = less("relmse", reference.relmse());
     let relmse_runs: Vec<f64> = (metrics.iter())
@@ -283,7 +300,11 @@ mod tests {
 
     #[test]
     fn speed_ups_are_read_along_the_curve_of_naive() {
-        let naive = [point(16, 1.0, 0.16), point(64, 4.0, 0.04), point(256, 16.0, 0.01)];
+        let naive = [
+            point(16, 1.0, 0.16),
+            point(64, 4.0, 0.04),
+            point(256, 16.0, 0.01),
+        ];
         // At 0.02 naive needs 8 seconds.
         let found = speedup(&naive, &point(16, 2.0, 0.02)).unwrap();
         assert!((found.factor.value - 4.0).abs() < 1e-9 && !found.beyond_curve);

@@ -130,7 +130,10 @@ pub fn level_hash(scene: &Scene) -> String {
     } in triangles
     {
         h.int((*instance).into()).int((*triangle).into());
-        h.floats(p0.to_array()).floats(p1.to_array()).floats(p2.to_array()).floats([*weight]);
+        h.floats(p0.to_array())
+            .floats(p1.to_array())
+            .floats(p2.to_array())
+            .floats([*weight]);
     }
     h.int(lights.len() as u64);
     for light in lights {
@@ -156,7 +159,8 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
     for p in positions {
         h.floats(p.to_array());
     }
-    h.int(*first_alpha_tested as u64).int(triangles.len() as u64);
+    h.int(*first_alpha_tested as u64)
+        .int(triangles.len() as u64);
     for Triangle {
         vertices,
         uv,
@@ -168,7 +172,8 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
         for v in vertices {
             h.int((*v).into());
         }
-        h.floats(uv.as_flattened().iter().copied()).floats(normal.to_array());
+        h.floats(uv.as_flattened().iter().copied())
+            .floats(normal.to_array());
         h.int(material.0.into());
     }
 }
@@ -204,14 +209,19 @@ fn hash_light(h: &mut Hasher, light: &PointLight) {
         intensity,
         spot,
     } = light;
-    h.floats(position.to_array()).floats([*radius]).floats(intensity.to_array());
+    h.floats(position.to_array())
+        .floats([*radius])
+        .floats(intensity.to_array());
     match spot {
         None => h.int(0),
         Some(Spot {
             direction,
             cos_inner,
             cos_outer,
-        }) => h.int(1).floats(direction.to_array()).floats([*cos_inner, *cos_outer]),
+        }) => h
+            .int(1)
+            .floats(direction.to_array())
+            .floats([*cos_inner, *cos_outer]),
     };
 }
 

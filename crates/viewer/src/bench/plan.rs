@@ -41,7 +41,7 @@ struct Preset {
 
 const QUICK: Preset = Preset {
     levels: &[(None, &[0, 1])],
-    spp: &[8, 16, 32, 64],
+    spp: &[8, 16, 32, 64, 128],
     size: (64, 36),
     depth: 4,
     repeats: 4,
@@ -51,10 +51,13 @@ const QUICK: Preset = Preset {
 const SUITE: Preset = Preset {
     levels: &[
         (None, &[0, 1]),
+        // From its start dark, with little light from afar.
         (Some("start"), &[0, 1]),
-        (Some("lqdm1"), &[0, 1]),
-        (Some("lq_e1m1"), &[0, 1]),
-        (Some("lq_e3m6"), &[0, 1]),
+        (Some("lq_e0m3"), &[0, 1]),
+        // From the intermission dark.
+        (Some("lq_e0m1"), &[0, 1]),
+        // The most emitters, 3181.
+        (Some("lq_e1m7"), &[1]),
     ],
     spp: &[16, 64, 256, 1024, 4096],
     size: (320, 180),
@@ -146,7 +149,10 @@ fn budgets(args: &Args, preset: &Preset) -> Vec<Budget> {
     };
     spp.sort_unstable();
     spp.dedup();
-    let mut seconds = args.seconds.as_ref().map_or(Vec::new(), |list| list.0.clone());
+    let mut seconds = args
+        .seconds
+        .as_ref()
+        .map_or(Vec::new(), |list| list.0.clone());
     seconds.sort_by(f64::total_cmp);
     seconds.dedup();
     (spp.into_iter().map(Budget::Samples))

@@ -11,7 +11,10 @@ use plotters_backend::{BackendCoord, DrawingErrorKind};
 use std::ops::Range;
 
 /// Width and height of a plot.
-const SIZE: (u32, u32) = (960, 640);
+const SIZE: (u32, u32) = (960, 560);
+
+/// Width of the curves' names, at the right of a plot.
+const LEGEND: u32 = 210;
 
 /// Orange, sky blue, bluish green, blue, vermillion, reddish purple, black, yellow.
 const COLOURS: [RGBColor; 8] = [
@@ -72,7 +75,13 @@ pub fn all(bench: &Bench) -> Result<Vec<(String, String)>> {
 
 fn plain(text: &str) -> String {
     (text.chars())
-        .map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' })
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || "-_".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        })
         .take(64)
         .collect()
 }
@@ -101,7 +110,11 @@ fn error_plot(view: &View, over: Over, device: &str) -> Result<Option<String>> {
     for point in view.curves.iter().flat_map(|c| drawn(c, over)) {
         xs.push(over.of(point));
         let e = point.relmse();
-        ys.extend([e.value, e.low, e.high].into_iter().filter(|v| *v > e.value / 10.0));
+        ys.extend(
+            [e.value, e.low, e.high]
+                .into_iter()
+                .filter(|v| *v > e.value / 10.0),
+        );
     }
     if xs.is_empty() {
         return Ok(None);
@@ -117,6 +130,8 @@ fn error_plot(view: &View, over: Over, device: &str) -> Result<Option<String>> {
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         area.fill(&WHITE).map_err(drawing)?;
+        let (area, beside) = area.split_horizontally(SIZE.0 - LEGEND);
+        let mut names = Vec::new();
         let mut chart = ChartBuilder::on(&area)
             .caption(title(view), ("sans-serif", 22))
             .margin(14)
@@ -145,7 +160,10 @@ fn error_plot(view: &View, over: Over, device: &str) -> Result<Option<String>> {
             let points = drawn(curve, over);
             let place = |p: &&Point| (over.of(p), p.relmse().value);
             chart
-                .draw_series(LineSeries::new(points.iter().map(place), colour.stroke_width(2)))
+                .draw_series(LineSeries::new(
+                    points.iter().map(place),
+                    colour.stroke_width(2),
+                ))
                 .map_err(drawing)?;
             chart
                 .draw_series(points.iter().filter_map(|p| {
@@ -158,11 +176,8 @@ fn error_plot(view: &View, over: Over, device: &str) -> Result<Option<String>> {
                 }))
                 .map_err(drawing)?;
             let marks = points.iter().map(|p| mark(number, place(p), colour));
-            chart
-                .draw_series(marks)
-                .map_err(drawing)?
-                .label(curve.name())
-                .legend(move |(x, y)| mark(number, (x + 10, y), colour));
+            chart.draw_series(marks).map_err(drawing)?;
+            names.push((curve.name(), Sign::Curve(number)));
         }
         if own >= y_range.start && own <= y_range.end {
             let dashes = DashedLineSeries::new(
@@ -171,41 +186,71 @@ fn error_plot(view: &View, over: Over, device: &str) -> Result<Option<String>> {
                 6,
                 GREY.stroke_width(1),
             );
-            chart
-                .draw_series(dashes)
-                .map_err(drawing)?
-                .label("the reference's own, subtracted")
-                .legend(|(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], GREY));
+            chart.draw_series(dashes).map_err(drawing)?;
+            names.push(("reference (subtracted)".to_owned(), Sign::Dashes));
         }
         if over == Over::Samples {
             // A line that falls as 1/N, for the eye.
             let top = ys.iter().copied().fold(0.0, f64::max);
-            let (a, b) = (x_range.start, x_range.end.min(x_range.start * top / y_range.start));
+            let (a, b) = (
+                x_range.start,
+                x_range.end.min(x_range.start * top / y_range.start),
+            );
             let line = [(a, top), (b, top * a / b)];
             chart
                 .draw_series(LineSeries::new(line, GREY.mix(0.5)))
-                .map_err(drawing)?
-                .label("1/N")
-                .legend(|(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], GREY.mix(0.5)));
+                .map_err(drawing)?;
+            names.push(("1/N".to_owned(), Sign::Line(0.5)));
         }
-        legend(&mut chart)?;
+        legend(&beside, &names)?;
         area.present().map_err(drawing)?;
     }
     Ok(Some(svg))
 }
 
-/// Draws the names of all series into the upper right corner.
-fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
-    chart: &mut ChartContext<'a, DB, CT>,
+/// What stands before a name.
+#[derive(Clone, Copy)]
+enum Sign {
+    /// The mark of a curve.
+    Curve(usize),
+    /// A line of this strength.
+    Line(f64),
+    /// A dashed line.
+    Dashes,
+}
+
+/// Writes the names of what is drawn, one below the other.
+fn legend<DB: DrawingBackend>(
+    area: &DrawingArea<DB, plotters::coord::Shift>,
+    names: &[(String, Sign)],
 ) -> Result<()> {
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.9))
-        .border_style(GREY)
-        .label_font(("sans-serif", 15))
-        .draw()
-        .map_err(drawing)
+    for (row, (name, sign)) in names.iter().enumerate() {
+        let y = 60 + 26 * row as i32;
+        let line = |a: i32, b: i32, strength: f64| {
+            PathElement::new(vec![(a, y), (b, y)], GREY.mix(strength))
+        };
+        match *sign {
+            Sign::Curve(number) => {
+                let colour = COLOURS[number % COLOURS.len()];
+                area.draw(&PathElement::new(
+                    vec![(4, y), (28, y)],
+                    colour.stroke_width(2),
+                ))
+                .map_err(drawing)?;
+                area.draw(&mark(number, (16, y), colour)).map_err(drawing)?;
+            }
+            Sign::Line(strength) => area.draw(&line(4, 28, strength)).map_err(drawing)?,
+            Sign::Dashes => {
+                for x in [4, 18] {
+                    area.draw(&line(x, x + 9, 1.0)).map_err(drawing)?;
+                }
+            }
+        }
+        let font = ("sans-serif", 16).into_font();
+        area.draw(&Text::new(name.clone(), (36, y - 8), font))
+            .map_err(drawing)?;
+    }
+    Ok(())
 }
 
 /// A curve's mark at a place: circle, square, triangle, cross by the curve's number.
@@ -286,7 +331,7 @@ fn speedup_plot(bench: &Bench) -> Result<Option<String>> {
             found.push((number, speedup));
         }
         if !found.is_empty() {
-            rows.push((format!("{v:02} {}", view.level), found));
+            rows.push((format!("{v:02} {} {}", view.level, view.camera), found));
         }
     }
     if rows.is_empty() {
@@ -295,24 +340,26 @@ fn speedup_plot(bench: &Bench) -> Result<Option<String>> {
     let mut xs = vec![1.0];
     for (_, speedup) in rows.iter().flat_map(|r| &r.1) {
         let f = speedup.factor;
-        xs.extend([f.value, f.low, f.high].into_iter().filter(|v| {
-            v.is_finite() && *v > f.value / 10.0 && *v < f.value * 10.0
-        }));
+        xs.extend(
+            [f.value, f.low, f.high]
+                .into_iter()
+                .filter(|v| v.is_finite() && *v > f.value / 10.0 && *v < f.value * 10.0),
+        );
     }
     let x_range = around(&xs);
     let count = rows.len();
-    let height = 150 + 52 * count as u32;
+    let height = (150 + 56 * count as u32).max(240);
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, (SIZE.0, height)).into_drawing_area();
         area.fill(&WHITE).map_err(drawing)?;
+        let (area, beside) = area.split_horizontally(SIZE.0 - LEGEND);
         let caption = format!("Speed-up over naive at equal error ({})", bench.device);
         let mut chart = ChartBuilder::on(&area)
             .caption(caption, ("sans-serif", 22))
             .margin(14)
-            .margin_right(170)
             .x_label_area_size(48)
-            .y_label_area_size(150)
+            .y_label_area_size(250)
             .build_cartesian_2d(x_range.clone().log_scale(), -0.5..count as f64 - 0.5)
             .map_err(drawing)?;
         let place = |row: usize| (count - 1 - row) as f64;
@@ -338,8 +385,10 @@ fn speedup_plot(bench: &Bench) -> Result<Option<String>> {
             .draw()
             .map_err(drawing)?;
         let line = [(1.0, -0.5), (1.0, count as f64 - 0.5)];
-        chart.draw_series(LineSeries::new(line, GREY)).map_err(drawing)?;
-        for (number, name) in names.iter().enumerate() {
+        chart
+            .draw_series(LineSeries::new(line, GREY))
+            .map_err(drawing)?;
+        for number in 0..names.len() {
             // Colours as in the plots of a view, where naive has the first.
             let colour = COLOURS[(number + 1) % COLOURS.len()];
             // Marks of one view stand above each other.
@@ -360,24 +409,21 @@ fn speedup_plot(bench: &Bench) -> Result<Option<String>> {
                 }))
                 .map_err(drawing)?;
             chart
-                .draw_series((mine.iter().filter(|(_, s)| s.beyond_curve)).map(|(y, s)| {
-                    Circle::new((s.factor.value, *y), 9, GREY.stroke_width(1))
-                }))
+                .draw_series(
+                    (mine.iter().filter(|(_, s)| s.beyond_curve))
+                        .map(|(y, s)| Circle::new((s.factor.value, *y), 9, GREY.stroke_width(1))),
+                )
                 .map_err(drawing)?;
             chart
-                .draw_series((mine.iter()).map(|(y, s)| mark(number + 1, (s.factor.value, *y), colour)))
-                .map_err(drawing)?
-                .label(name.clone())
-                .legend(move |(x, y)| mark(number + 1, (x + 10, y), colour));
+                .draw_series(
+                    (mine.iter()).map(|(y, s)| mark(number + 1, (s.factor.value, *y), colour)),
+                )
+                .map_err(drawing)?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::Coordinate(640, 0))
-            .background_style(WHITE)
-            .border_style(GREY)
-            .label_font(("sans-serif", 15))
-            .draw()
-            .map_err(drawing)?;
+        let names: Vec<(String, Sign)> = (names.into_iter().enumerate())
+            .map(|(number, name)| (name, Sign::Curve(number + 1)))
+            .collect();
+        legend(&beside, &names)?;
         area.present().map_err(drawing)?;
     }
     Ok(Some(svg))

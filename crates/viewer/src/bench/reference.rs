@@ -85,7 +85,11 @@ impl Reference {
     /// When it has another size, or is not finite.
     pub fn add(&mut self, beauty: &[[f32; 3]]) -> Result<()> {
         if beauty.len() != self.mean.len() {
-            bail!("a batch has {} pixels, not {}", beauty.len(), self.mean.len());
+            bail!(
+                "a batch has {} pixels, not {}",
+                beauty.len(),
+                self.mean.len()
+            );
         }
         if !beauty.as_flattened().iter().all(|v| v.is_finite()) {
             bail!("a batch of the reference is not finite");
@@ -201,7 +205,10 @@ impl Reference {
                 ("estimator", text(&s.estimator)),
                 ("seed", Note::Text(s.seed.to_string())),
                 ("samples", Note::Text(self.samples().to_string())),
-                ("samplesPerBatch", Note::Text(s.samples_per_batch.to_string())),
+                (
+                    "samplesPerBatch",
+                    Note::Text(s.samples_per_batch.to_string()),
+                ),
                 ("batches", Note::Text(self.batches.to_string())),
                 ("relMSE", Note::Text(format!("{:e}", self.relmse()))),
             ],
@@ -372,7 +379,11 @@ impl Attributes {
 /// When neither variable leads anywhere.
 pub fn cache_dir() -> Result<PathBuf> {
     // The specification: a relative path is invalid and is ignored.
-    let absolute = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
+    let absolute = |name| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|p| p.is_absolute())
+    };
     let base = absolute("XDG_CACHE_HOME")
         .or_else(|| Some(absolute("HOME")?.join(".cache")))
         .ok_or_else(|| anyhow!("references have no place: set XDG_CACHE_HOME or HOME"))?;
@@ -384,7 +395,13 @@ pub fn cache_dir() -> Result<PathBuf> {
 #[must_use]
 pub fn cache_name(stamp: &Stamp) -> String {
     let level: String = (stamp.level.chars())
-        .map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' })
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || "-_".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        })
         .take(64)
         .collect();
     let settings: String = stamp.settings_hash.chars().take(16).collect();
@@ -426,7 +443,10 @@ mod tests {
         assert!((reference.mse() - variance * 2.0 / 3.0).abs() < 1e-8);
         let relmse = variance / 1.01 * 2.0 / 3.0;
         assert!((reference.relmse() - relmse).abs() < 1e-8);
-        assert_eq!((reference.samples(), reference.next_seed()), (32, REFERENCE_SEED + 8));
+        assert_eq!(
+            (reference.samples(), reference.next_seed()),
+            (32, REFERENCE_SEED + 8)
+        );
         let mut reference = reference;
         assert!(reference.add(&[[f32::NAN; 3]; 6]).is_err());
         assert!(reference.add(&[[0.0; 3]; 5]).is_err());
@@ -460,7 +480,10 @@ mod tests {
         let mut other = stamp();
         other.level_hash = "3".repeat(64);
         let (stale, text) = error(&other, (3, 2));
-        assert!(stale && text.contains("level hash is 111111111111 and 3333"), "{text}");
+        assert!(
+            stale && text.contains("level hash is 111111111111 and 3333"),
+            "{text}"
+        );
         let mut other = stamp();
         other.settings_hash = "4".repeat(64);
         let (stale, text) = error(&other, (3, 2));

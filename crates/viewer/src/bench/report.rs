@@ -15,7 +15,11 @@ pub fn text(bench: &Bench) -> String {
         text += &head(view);
         text += &points(view);
     }
-    if bench.views.iter().any(|v| v.curves.iter().any(|c| c.bias.is_some())) {
+    if bench
+        .views
+        .iter()
+        .any(|v| v.curves.iter().any(|c| c.bias.is_some()))
+    {
         text += "\nIs it biased?\n";
         text += &biases(bench);
     }
@@ -62,8 +66,20 @@ fn name_and_pose(view: &View) -> String {
 fn points(view: &View) -> String {
     let mut rows = vec![
         [
-            "curve", "budget", "samples", "seconds", "Mpaths/s", "Mrays/s", "relMSE", "95 %",
-            "FLIP", "1/(relMSE s)", "speed-up", "95 %", "escaped/1e9", "not finite",
+            "curve",
+            "budget",
+            "samples",
+            "seconds",
+            "Mpaths/s",
+            "Mrays/s",
+            "relMSE",
+            "95 %",
+            "FLIP",
+            "1/(relMSE s)",
+            "speed-up",
+            "95 %",
+            "escaped/1e9",
+            "not finite",
         ]
         .map(str::to_owned)
         .to_vec(),
@@ -111,8 +127,20 @@ fn points(view: &View) -> String {
 fn biases(bench: &Bench) -> String {
     let mut rows = vec![
         [
-            "view", "curve", "slope", "95 %", "p", "N relMSE per decade", "p", "mean ratio",
-            "95 %", "p", "p of tiles", "pixels within", "finds", "verdict",
+            "view",
+            "curve",
+            "slope",
+            "95 %",
+            "p",
+            "N relMSE per decade",
+            "p",
+            "mean ratio",
+            "95 %",
+            "p",
+            "p of tiles",
+            "pixels within",
+            "finds",
+            "verdict",
         ]
         .map(str::to_owned)
         .to_vec(),

@@ -201,7 +201,10 @@ impl Point {
     /// The corrected relMSE.
     #[must_use]
     pub fn relmse(&self) -> Estimate {
-        self.corrected.get("relmse").copied().unwrap_or(Estimate::NONE)
+        self.corrected
+            .get("relmse")
+            .copied()
+            .unwrap_or(Estimate::NONE)
     }
 }
 

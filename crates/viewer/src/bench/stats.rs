@@ -196,10 +196,9 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x >= 1.0 {
         return 1.0;
     }
-    let front = (libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b)
-        + a * x.ln()
-        + b * (-x).ln_1p())
-    .exp();
+    let front =
+        (libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * x.ln() + b * (-x).ln_1p())
+            .exp();
     if x < (a + 1.0) / (a + b + 2.0) {
         front * beta_fraction(a, b, x) / a
     } else {
@@ -262,7 +261,9 @@ mod tests {
 
     #[test]
     fn a_line_is_found_again() {
-        let points: Vec<(f64, f64)> = (0..5).map(|i| (f64::from(i), 3.0 - 2.0 * f64::from(i))).collect();
+        let points: Vec<(f64, f64)> = (0..5)
+            .map(|i| (f64::from(i), 3.0 - 2.0 * f64::from(i)))
+            .collect();
         assert!((slope(&points) + 2.0).abs() < 1e-12);
         assert!(slope(&points[..1]).is_nan());
     }

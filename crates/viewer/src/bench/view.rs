@@ -198,7 +198,8 @@ impl Job<'_> {
                 }
                 let name = estimator.name();
                 let of = self.plan.repeats;
-                self.watch.step(&format!("{name}, run {} of {of}", repeat + 1));
+                self.watch
+                    .step(&format!("{name}, run {} of {of}", repeat + 1));
                 let seed = measured_seed(self.plan.seed, number, repeat);
                 let settings = self.settings(estimator, selection, seed);
                 let mut renderer = (self.maker)(&settings)?;
@@ -266,7 +267,12 @@ impl Job<'_> {
             if enough && (reference.relmse() <= wanted || late) || (self.stop)() {
                 break;
             }
-            self.watch.reference(&reference, wanted, per_batch, budget.saturating_sub(start.elapsed()));
+            self.watch.reference(
+                &reference,
+                wanted,
+                per_batch,
+                budget.saturating_sub(start.elapsed()),
+            );
             let settings =
                 self.settings(Estimator::Mis, Selection::default(), reference.next_seed());
             let mut renderer = (self.maker)(&settings)?;

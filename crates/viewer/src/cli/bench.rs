@@ -26,7 +26,7 @@ naive and uniform cannot find light entities: --quick and --suite light by textu
 --lights says otherwise, and in a scene with light entities neither is called biased.
 
 The first Ctrl-C ends the bench and writes what is finished. Exit codes: 3 if --baseline finds a
-regression, or --fail-on-bias a bias.";
+regression, --fail-on-bias a bias, or a case of --hard fails.";
 
 /// `runelight bench`
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use crate::bench::plan::Plan;
 use crate::bench::result::{Bench, FORMAT, Machine, View};
 use crate::bench::view::Job;
 use crate::bench::watch::Watch;
-use crate::bench::{baseline, bias, csv, identity, plot, reference, report};
+use crate::bench::{baseline, bias, csv, hard, identity, plot, reference, report};
 use crate::cli::{Bench as Args, CameraChoice, ViewArgs};
 use crate::device::Device;
 use crate::interrupt;
@@ -28,6 +28,9 @@ const MAX_BYTES: u64 = 8 << 30;
 /// When a level cannot be loaded, the device fails, a reference or baseline given cannot be used,
 /// or an output cannot be written.
 pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
+    if args.hard {
+        return run_hard(args, context);
+    }
     let plan = Plan::new(args);
     check(args, &plan)?;
     interrupt::install()?;
@@ -77,6 +80,26 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
         report::text(&bench)
     })?;
     finish(args, &bench, before.as_ref())
+}
+
+/// The gallery of hard cases.
+fn run_hard(args: &Args, context: &Context) -> Result<Outcome> {
+    interrupt::install()?;
+    let device = Device::choose(&context.global.device)?;
+    let watch = Watch::new(!context.global.quiet);
+    let report = hard::run(&device, args.paths, &watch, &interrupt::asked);
+    watch.finish();
+    let report = report?;
+    context.print(&if context.json {
+        serde_json::to_string(&report)?
+    } else {
+        report.text()
+    })?;
+    Ok(if report.passed() {
+        Outcome::Done
+    } else {
+        Outcome::LimitExceeded
+    })
 }
 
 fn check(args: &Args, plan: &Plan) -> Result<()> {
@@ -178,7 +201,9 @@ impl Run<'_> {
             }
             Err(why) => return Err(why),
         };
-        Ok(Some(Arc::new(loaded.import(&self.plan.scene.import_options())?)))
+        Ok(Some(Arc::new(
+            loaded.import(&self.plan.scene.import_options())?,
+        )))
     }
 
     /// A camera of the level; `None` if it is one of the preset's that the level lacks.
@@ -209,7 +234,10 @@ fn write(path: &Path, text: &str) -> Result<()> {
 }
 
 fn write_all(dir: &Path, bench: &Bench) -> Result<()> {
-    write(&dir.join("bench.json"), &serde_json::to_string_pretty(bench)?)?;
+    write(
+        &dir.join("bench.json"),
+        &serde_json::to_string_pretty(bench)?,
+    )?;
     write(&dir.join("bench.csv"), &csv::text(bench))?;
     for (name, svg) in plot::all(bench)? {
         write(&dir.join(name), &svg)?;
