@@ -1,7 +1,7 @@
 //! What a case of the gallery is.
 
 use crate::builder;
-use scene::render::{Estimator, Settings};
+use scene::render::{Estimator, Film, Settings};
 use scene::{Camera, Scene};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -87,6 +87,8 @@ pub struct Case {
     pub tests: &'static str,
     make: MakeScene,
     made: OnceLock<Arc<Scene>>,
+    /// The picture of [`Truth::Judge`], once it is made.
+    pub(crate) judged: OnceLock<Film>,
     /// Where from.
     pub camera: Camera,
     /// Pixels across and down.
@@ -124,6 +126,7 @@ impl Case {
             tests,
             make: Box::new(make),
             made: OnceLock::new(),
+            judged: OnceLock::new(),
             camera,
             size: 8,
             depth: 0,

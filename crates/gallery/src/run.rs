@@ -46,7 +46,8 @@ impl Case {
     }
 
     /// Checks the scene's facts, renders the case and judges the picture. `render` is the renderer
-    /// on trial, `judge` the one in double precision; it is asked where the truth is its own.
+    /// on trial, `judge` the one in double precision; it is asked, once,
+    /// where the truth is its own.
     ///
     /// # Errors
     /// When a renderer fails.
@@ -59,17 +60,25 @@ impl Case {
     ) -> Result<(Film, Verdict), E> {
         let settings = self.settings(estimator, plan.zoom);
         let film = render(self.scene(), &settings, plan.samples)?;
-        let other = match &self.truth {
-            Truth::Radiance(_) | Truth::Black => None,
-            Truth::Same(make) => Some(render(&make(), &settings, plan.samples)?),
-            Truth::Judge(samples) => {
-                // The mean over a picture is the same at any number of pixels.
-                let mut settings = self.settings(Estimator::Mis, 1);
-                settings.seed = JUDGE_SEED;
-                Some(judge(self.scene(), &settings, *samples)?)
+        let other;
+        let target = match &self.truth {
+            Truth::Radiance(_) | Truth::Black => Target::Truth,
+            Truth::Same(make) => {
+                other = render(&make(), &settings, plan.samples)?;
+                Target::Film(&other)
             }
+            Truth::Judge(samples) => Target::Film(match self.judged.get() {
+                Some(known) => known,
+                None => {
+                    // The mean over a picture is the same at any number of pixels.
+                    let mut settings = self.settings(Estimator::Mis, 1);
+                    settings.seed = JUDGE_SEED;
+                    let film = judge(self.scene(), &settings, *samples)?;
+                    self.judged.get_or_init(|| film)
+                }
+            }),
         };
-        let mut verdict = self.judge(&film, other.as_ref().map_or(Target::Truth, Target::Film));
+        let mut verdict = self.judge(&film, target);
         verdict.failures.extend((self.facts)(self.scene()).err());
         Ok((film, verdict))
     }

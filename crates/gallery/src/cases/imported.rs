@@ -57,6 +57,22 @@ pub fn cases() -> Vec<Case> {
         )
         .depth(4)
         .by(&[Mis]),
+        Case::new(
+            "movers in one place",
+            "Two doors and a wall of the same brush: what is there three times shines once.",
+            Truth::Radiance([series(); 3]),
+            view(),
+            || {
+                let mut map = room("glow");
+                for class in ["func_door", "func_door", "func_wall"] {
+                    let brush = block([200.0, 300.0, 0.0], [330.0, 340.0, 100.0], "glow");
+                    map.brush_entity(class, &[], vec![brush]);
+                }
+                scene_of(&map)
+            },
+        )
+        .depth(4)
+        .facts(is_sealed),
         mover_wins("flush func_wall wins", "func_wall"),
         mover_wins("flush func_door wins", "func_door"),
     ];
@@ -299,7 +315,7 @@ fn openings() -> [Case; 2] {
         Case::new(
             "unsealed, inwards",
             "Rays that leave by a missing wall are counted, and the room is darker for it.",
-            Truth::Judge(1024),
+            Truth::Judge(8192),
             camera(Vec3::new(400.0, 256.0, 128.0), 0.0, 180.0, 90.0),
             make,
         )

@@ -5,7 +5,8 @@
 //!   [`weld::WELD_DISTANCE`] are one, every vertex within [`tjunction::ON_EDGE_DISTANCE`] of an edge
 //!   is part of that edge, and triangulation keeps the border of each face.
 //! - Brush entities often lie in one plane with faces of the world, and the entity wins: it is
-//!   scaled about the centre of its bounds so that each half extent grows by [`ENTITY_GROWTH`].
+//!   scaled about the centre of its bounds so that each half extent grows by [`ENTITY_GROWTH`]. Of
+//!   several entities that fill the same box the last wins, and the others shine through nowhere.
 //! - Liquid surfaces come in pairs that look both ways; one two-sided surface of each pair is kept.
 //! - Nothing is left out because it can't be seen from somewhere.
 

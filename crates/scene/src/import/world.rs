@@ -16,11 +16,14 @@ use bsp::lmp::Palette;
 use bsp::miptex::Animation;
 use bsp::{Bsp, Level};
 use glam::{Affine3A, DVec3, Quat, Vec3};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// How far each face of a brush entity's bounds is moved outwards, in world units, so that it lies
-/// before the world's faces that share its plane.
+/// before the world's faces that share its plane. Where several entities fill the same box each is
+/// moved by this much more than the one before.
 pub const ENTITY_GROWTH: f32 = 1.0 / 64.0;
+/// So many entities in one box are told apart; what lies deeper is seen by nobody.
+const MAX_IN_ONE_PLACE: u8 = 16;
 
 /// Instances may place this many times the triangles of all meshes, and so many in any case.
 const PLACED_PER_TRIANGLE: usize = 16;
@@ -164,8 +167,12 @@ impl<'a> World<'a> {
         let mut merged = HashSet::new();
         // Meshes of models that are instanced, by model and texture frames shown.
         let mut known: BTreeMap<(usize, bool), Option<usize>> = BTreeMap::new();
+        let mut places: HashMap<[i64; 6], u8> = HashMap::new();
         for pose in poses {
-            let growth = growth(bounds(bsp, pose.model));
+            let bounds = bounds(bsp, pose.model);
+            let taken = places.entry(place_key(bounds, pose.offset)).or_default();
+            let growth = growth(bounds, ENTITY_GROWTH * f32::from(*taken + 1));
+            *taken = (*taken + 1).min(MAX_IN_ONE_PLACE - 1);
             // A second entity of the same model is an instance, so that a few bytes of entity text
             // can't make many triangles.
             if pose.fixed && merged.insert(pose.model) {
@@ -261,7 +268,10 @@ impl<'a> World<'a> {
         let part = self.model_mesh(&mut surfaces, &bsp, 0, false);
         (!part.triangles.is_empty()).then(|| {
             self.meshes.push(mesh(file, part));
-            (self.meshes.len() - 1, growth(bounds(&bsp, 0)))
+            (
+                self.meshes.len() - 1,
+                growth(bounds(&bsp, 0), ENTITY_GROWTH),
+            )
         })
     }
 
@@ -416,14 +426,20 @@ fn bounds(bsp: &Bsp, model: usize) -> (Vec3, Vec3) {
     }
 }
 
-/// The scaling that makes an entity win over coplanar faces of the world.
-fn growth((lo, hi): (Vec3, Vec3)) -> Affine3A {
+/// What tells a box placed at `offset` from others, to a quarter of [`ENTITY_GROWTH`].
+fn place_key((lo, hi): (Vec3, Vec3), offset: Vec3) -> [i64; 6] {
+    let [a, b] = [lo + offset, hi + offset].map(|p| (p * (4.0 / ENTITY_GROWTH)).round());
+    [a.x, a.y, a.z, b.x, b.y, b.z].map(|c| c as i64)
+}
+
+/// The scaling that makes an entity win over coplanar faces: its sides move out by `by` units.
+fn growth((lo, hi): (Vec3, Vec3), by: f32) -> Affine3A {
     if !(lo.is_finite() && hi.is_finite()) {
         return Affine3A::IDENTITY;
     }
     let centre = (lo + hi) / 2.0;
     let half = (hi - lo) / 2.0;
-    let factor = ((half + ENTITY_GROWTH) / half).map(|f| {
+    let factor = ((half + by) / half).map(|f| {
         if f.is_finite() && f <= MAX_GROWTH_FACTOR {
             f
         } else {
