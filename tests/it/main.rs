@@ -1,5 +1,6 @@
 //! The integration tests: physical truths, agreement of estimators and devices, golden pictures.
 
+mod adaptive;
 mod display;
 mod every_level;
 mod film;

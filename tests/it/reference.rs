@@ -41,10 +41,7 @@ fn threads_and_splits_do_not_change_a_bit() {
             for &n in splits {
                 renderer.accumulate(n).unwrap();
             }
-            let film = renderer.film().unwrap();
-            let relmse = renderer.estimated_relmse().unwrap();
-            assert!((relmse / film.estimated_relmse() - 1.0).abs() < 1e-4);
-            film
+            renderer.film().unwrap()
         })
     };
     let whole = bits(&run(1, &[12]));

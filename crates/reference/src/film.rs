@@ -121,18 +121,3 @@ pub(crate) fn develop(
         escapes,
     }
 }
-
-/// [`Film::estimated_relmse`] without making a film.
-pub(crate) fn estimated_relmse(pixels: &[PixelSums]) -> f64 {
-    if pixels.iter().any(|p| p.samples < 2) {
-        return f64::INFINITY;
-    }
-    let sum: f64 = pixels
-        .iter()
-        .map(|p| {
-            let mean = p.mean();
-            (p.variance() / (mean * mean + 1e-2)).element_sum()
-        })
-        .sum();
-    sum / (3 * pixels.len()) as f64
-}

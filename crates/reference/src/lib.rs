@@ -138,10 +138,6 @@ impl Renderer for Reference {
         let (pixels, layers) = (&self.pixels, &self.layers);
         Ok(film::develop(size, pixels, layers, counters, escapes))
     }
-
-    fn estimated_relmse(&mut self) -> Result<f64, Error> {
-        Ok(film::estimated_relmse(&self.pixels))
-    }
 }
 
 impl Reference {

@@ -22,11 +22,6 @@ pub trait AnyRenderer {
     /// # Errors
     /// When the device fails.
     fn film(&mut self) -> Result<Film>;
-    /// See [`Renderer::estimated_relmse`].
-    ///
-    /// # Errors
-    /// When the device fails.
-    fn estimated_relmse(&mut self) -> Result<f64>;
 }
 
 impl<R: Renderer> AnyRenderer for R {
@@ -40,10 +35,6 @@ impl<R: Renderer> AnyRenderer for R {
 
     fn film(&mut self) -> Result<Film> {
         Ok(Renderer::film(self)?)
-    }
-
-    fn estimated_relmse(&mut self) -> Result<f64> {
-        Ok(Renderer::estimated_relmse(self)?)
     }
 }
 
@@ -86,7 +77,7 @@ impl Stopped {
 
 /// Samples before an estimated error is believed: the variance of a handful of samples misses
 /// whatever light they have not found yet.
-const MIN_SAMPLES_FOR_ERROR: u32 = 8;
+const MIN_SAMPLES_FOR_ERROR: u32 = 16;
 
 /// How long a call should take: short enough for Ctrl-C and a lively bar, long enough that the
 /// call itself costs nothing.
@@ -145,7 +136,7 @@ pub fn run(
         if let Some(target) = goal.target_error
             && done >= next_check
         {
-            if renderer.estimated_relmse()? <= target {
+            if renderer.film()?.estimated_relmse() <= target {
                 progress.finish(done);
                 return Ok(Stopped::TargetError);
             }
@@ -187,11 +178,15 @@ mod tests {
         }
 
         fn film(&mut self) -> Result<Film> {
-            Ok(Film::default())
-        }
-
-        fn estimated_relmse(&mut self) -> Result<f64> {
-            Ok(1.0 / f64::from(self.samples))
+            let beauty = (1.0f64 - scene::render::RELMSE_EPSILON).sqrt() as f32;
+            Ok(Film {
+                width: 1,
+                height: 1,
+                samples: self.samples,
+                beauty: vec![[beauty; 3]],
+                variance: vec![[1.0 / self.samples as f32; 3]],
+                ..Film::default()
+            })
         }
     }
 

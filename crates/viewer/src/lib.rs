@@ -1,9 +1,11 @@
 //! The command line of Runelight: everything between people and the renderers.
 
+pub mod adaptive;
 pub mod bench;
 pub mod cli;
 pub mod cmd;
 pub mod device;
+pub mod escapes;
 pub mod export;
 pub mod interrupt;
 pub mod job;

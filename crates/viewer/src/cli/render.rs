@@ -72,9 +72,14 @@ pub struct Render {
     /// Take no further samples this many seconds after the start, loading included
     #[arg(long, value_name = "S", help_heading = "Quality", value_parser = number(1e-3, 1e7))]
     pub time_limit: Option<f64>,
-    /// Stop once the estimated relMSE of the picture is below this
+    /// Stop once the estimated relMSE of the picture is below this; --spp is still the most samples
+    /// that are taken
     #[arg(long, value_name = "E", help_heading = "Quality", value_parser = number(1e-12, 1e6))]
     pub target_error: Option<f64>,
+    /// Spread the samples by what the first ones (16 to 64) saw: more where neighbouring pixels are
+    /// noisy. --spp is then the mean over the picture, which stays unbiased
+    #[arg(long, help_heading = "Quality")]
+    pub adaptive: bool,
     /// Path vertices after the camera: 1 shows what emits, 2 adds direct light, ...; 0 is without
     /// limit (Russian roulette)
     #[arg(long, value_name = "N", default_value_t = 8, help_heading = "Quality")]

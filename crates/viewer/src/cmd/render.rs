@@ -1,8 +1,10 @@
 //! `runelight render`.
 
 use super::Context;
+use crate::adaptive::{self, Adaptive};
 use crate::cli::{ExrType, Render};
 use crate::device::Device;
+use crate::escapes;
 use crate::interrupt;
 use crate::job::{self, Goal, Stopped};
 use crate::level::Source;
@@ -36,6 +38,9 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let loaded = Instant::now();
 
     let mut renderer = device.renderer(&scene, &settings)?;
+    if args.adaptive {
+        renderer = Box::new(Adaptive::new(renderer, adaptive::pilot(args.spp)));
+    }
     let built = Instant::now();
 
     let goal = Goal {
@@ -142,9 +147,13 @@ fn warn_of_bad_samples(scene: &Scene, film: &Film) {
     }
     if scene.report.sealed && counters.escaped > 0 {
         tracing::warn!(
-            "{} rays left the sealed level without hitting it",
-            counters.escaped
+            "{} rays left the sealed level without hitting it, {:.3} in 1e9",
+            counters.escaped,
+            escapes::per_billion(counters)
         );
+        for sentence in escapes::sentences(film, scene) {
+            tracing::info!("{sentence}");
+        }
     }
 }
 
@@ -239,6 +248,9 @@ impl Report<'_> {
             "estimated_relmse": self.error(),
             "nonfinite": counters.nonfinite,
             "escaped": counters.escaped,
+            "escaped_per_1e9_rays": escapes::per_billion(counters),
+            "sealed": self.scene.report.sealed,
+            "escapes": escapes::json(film, self.scene),
             "stopped": self.stopped.name(),
             "spp_asked": self.spp_asked,
             "camera": self.settings.camera.name,
