@@ -30,7 +30,12 @@ pub struct Export {
     pub level: Option<String>,
 
     /// For whom
-    #[arg(long, value_name = "NAME", default_value = "mitsuba", help_heading = "Output")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "mitsuba",
+        help_heading = "Output"
+    )]
     pub format: ExportFormat,
     /// Directory to write; for glTF also a file that ends in .glb
     /// [default: LEVEL-FORMAT here]
