@@ -1,12 +1,13 @@
 // Pictures whose radiance is known in closed form; included once for each renderer, with its
 // `render`.
 
+use gallery::formulas::{closed_box, rectangle_form_factor};
 use runelight_tests::builder::{Builder, assert_mean, camera, probe, settings};
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use scene::material::srgb_to_linear;
 use scene::render::{Estimator, Settings};
 use scene::{PointLight, Scene, light::Spot};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 const GREY: u8 = 188;
@@ -31,11 +32,7 @@ fn inside() -> scene::Camera {
 }
 
 fn check_furnace(scene: &Arc<Scene>, depth: u32, what: &str) {
-    let rho = srgb_to_linear(GREY);
-    let expected = match depth {
-        0 => 1.0 / (1.0 - rho),
-        n => (1.0 - rho.powi(n as i32)) / (1.0 - rho),
-    };
+    let expected = closed_box(1.0, srgb_to_linear(GREY), depth);
     for estimator in Estimator::ALL {
         let film = render(scene, &settings(inside(), 16, estimator, depth), 64);
         let what = format!("{what}, {} at depth {depth}", estimator.name());
@@ -98,18 +95,6 @@ fn in_a_white_furnace_everything_is_equally_bright() {
         assert_mean(&film, [1.0; 3], 4.0, estimator.name());
         assert_eq!(film.counters.escaped, 0);
     }
-}
-
-/// Form factor from a point, its normal up, to a rectangle `height` above that faces down and spans
-/// `x0..x1`, `y0..y1` relative to the point (Howell, A Catalog of Radiation Heat Transfer
-/// Configuration Factors, B-4, with signs for the four corners).
-fn rectangle_form_factor(x: [f64; 2], y: [f64; 2], height: f64) -> f64 {
-    let corner = |x: f64, y: f64| {
-        let (a, b) = (x / height, y / height);
-        let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
-        (a / p * (b / p).atan() + b / q * (a / q).atan()) / TAU
-    };
-    corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])
 }
 
 #[test]
