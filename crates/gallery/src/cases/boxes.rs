@@ -70,7 +70,7 @@ pub fn cases() -> Vec<Case> {
             "Walls cut into triangles up to a million times longer than wide, in every path.",
             Truth::Radiance([closed_box(1.0, rho(), 4); 3]),
             inside(),
-            slivers,
+            || sliver_box().build(),
         )
         .depth(4)
         .by(&[Naive])
@@ -80,10 +80,27 @@ pub fn cases() -> Vec<Case> {
             "The same walls by light sampling, which chooses slivers by their area.",
             Truth::Radiance([closed_box(1.0, rho(), 4); 3]),
             inside(),
-            slivers,
+            || sliver_box().build(),
         )
         .depth(4)
         .by(&[Mis]),
+        Case::new(
+            "slivers at 65 k",
+            "The same walls where a step is 1/128 unit: slivers become lines or fold over.",
+            Truth::Radiance([closed_box(1.0, rho(), 4); 3]),
+            camera(far(), 5.0, 30.0, 90.0),
+            || {
+                let mut b = sliver_box();
+                // What folds over shows its back.
+                let wall = scene::MaterialId(0);
+                b.edit(wall).two_sided = true;
+                b.transform(Affine3A::from_translation(far()));
+                b.build()
+            },
+        )
+        .depth(4)
+        .by(&[Naive])
+        .every_pixel(),
         Case::new(
             "dark room at 65 k",
             "One unit of wall between a dark room and a bright sky, where a step is 1/128 unit.",
@@ -149,7 +166,7 @@ fn wide_box() -> Arc<Scene> {
     b.build()
 }
 
-fn slivers() -> Arc<Scene> {
+fn sliver_box() -> Builder {
     let mut b = Builder::new();
     let wall = b.plain(GREY, 1.0);
     for (face, corners) in cuboid_sides(MIN, MAX, true).into_iter().enumerate() {
@@ -169,7 +186,7 @@ fn slivers() -> Arc<Scene> {
         add([s, p, e]);
     }
     b.transform(odd_turn());
-    b.build()
+    b
 }
 
 fn far_dark_room() -> Arc<Scene> {

@@ -290,8 +290,8 @@ fn visibility() -> Vec<Case> {
     ]
 }
 
-/// A room without its wall towards +x: a leak the size of a house.
-fn openings() -> [Case; 2] {
+/// Ways out: a room without its wall towards +x, and an eye that is outside.
+fn openings() -> [Case; 3] {
     let make = || {
         let mut map = room("glow");
         // The second wall of the room.
@@ -321,6 +321,16 @@ fn openings() -> [Case; 2] {
         )
         .escapes(Escapes::Some)
         .facts(is_open),
+        Case::new(
+            "camera in a level's wall",
+            "From inside of the floor of a sealed level there are backs, which do not shine.",
+            Truth::Black,
+            camera(Vec3::new(256.0, 256.0, -8.0), -60.0, 30.0, 100.0),
+            || scene_of(&room("glow")),
+        )
+        .by(&[Naive, Nee, Mis])
+        .escapes(Escapes::Some)
+        .facts(is_sealed),
     ]
 }
 
