@@ -436,9 +436,14 @@ fn around(values: &[f64]) -> Range<f64> {
     low / 1.5..high * 1.5
 }
 
-/// A label of a logarithmic axis.
+/// A label of a logarithmic axis; only 1, 2 and 5 of a decade have one, the others would run into
+/// each other.
 fn number(value: f64) -> String {
-    if (1e-3..1e6).contains(&value) {
+    let decade = 10f64.powf((value.log10() + 1e-9).floor());
+    let digit = value / decade;
+    if ![1.0, 2.0, 5.0].iter().any(|d| (digit - d).abs() < 1e-6) {
+        String::new()
+    } else if (1e-3..1e6).contains(&value) {
         // Powers of ten come as 0.30000000000000004.
         let text = format!("{value:.6}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()

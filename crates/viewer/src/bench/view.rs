@@ -287,9 +287,14 @@ impl Job<'_> {
             return Ok(None);
         }
         if reference.batches() > before {
-            std::fs::create_dir_all(self.cache)
-                .with_context(|| format!("{} cannot be made", self.cache.display()))?;
-            reference.save(&path)?;
+            let saved = std::fs::create_dir_all(self.cache)
+                .with_context(|| format!("{} cannot be made", self.cache.display()))
+                .and_then(|()| reference.save(&path));
+            match saved {
+                // As it is in the file: the figures are the same when it is used again.
+                Ok(()) => reference = Reference::load(&path, &reference.stamp, width, height)?,
+                Err(why) => self.watch.warn(&format!("the reference is not kept: {why:#}")),
+            }
         }
         Ok(Some((path, reference)))
     }
