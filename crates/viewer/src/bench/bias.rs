@@ -22,6 +22,7 @@
 //! that is significant at [`ALPHA`] over all curves of the run, again by Sidak: an unbiased program
 //! is called biased in one run of a hundred, however many curves it has.
 
+use super::measure::Snapshot;
 use super::reference::Reference;
 use super::result::{Bias, Budget};
 use super::stats::{Estimate, normal_limit, normal_two_sided, sidak, sidak_level};
@@ -45,24 +46,24 @@ pub struct Pooled {
 }
 
 impl Pooled {
-    /// Pools pictures of the same number of samples, `(mean, variance of the mean)` each, of
-    /// `width` pixels across.
+    /// Pools pictures of the same number of samples, `width` pixels across.
     #[must_use]
-    pub fn new(width: usize, pictures: &[(&[[f32; 3]], &[[f32; 3]])]) -> Self {
-        let pixels = pictures.first().map_or(0, |p| p.0.len());
+    pub fn new(width: usize, pictures: &[&Snapshot]) -> Self {
+        let pixels = pictures.first().map_or(0, |p| p.beauty.len());
         let count = pictures.len() as f64;
-        let sum = |pixel: usize, plane: fn(&(&[[f32; 3]], &[[f32; 3]]), usize) -> [f32; 3]| {
-            let values = pictures.iter().map(|p| plane(p, pixel).map(f64::from));
-            values.fold([0.0; 3], |s: [f64; 3], v| [0, 1, 2].map(|c| s[c] + v[c]))
-        };
+        let (mut mean, mut variance) = (vec![[0.0; 3]; pixels], vec![[0.0; 3]; pixels]);
+        for picture in pictures {
+            for i in 0..pixels {
+                for c in 0..3 {
+                    mean[i][c] += f64::from(picture.beauty[i][c]) / count;
+                    variance[i][c] += f64::from(picture.variance[i][c]) / (count * count);
+                }
+            }
+        }
         Self {
             width,
-            mean: (0..pixels)
-                .map(|i| sum(i, |p, i| p.0[i]).map(|s| s / count))
-                .collect(),
-            variance: (0..pixels)
-                .map(|i| sum(i, |p, i| p.1[i]).map(|s| s / count / count))
-                .collect(),
+            mean,
+            variance,
         }
     }
 }

@@ -70,9 +70,7 @@ fn curve(reference: &Reference, picture: &Picture, rendered: &Rendered) -> Resul
     }
     let spp = bias::sample_budgets(&budgets);
     let bias = (spp.last().filter(|_| rendered.sees_all_light)).map(|&last| {
-        let pictures: Vec<_> = (rendered.runs.iter())
-            .map(|run| (run[last].beauty.as_slice(), run[last].variance.as_slice()))
-            .collect();
+        let pictures: Vec<&Snapshot> = rendered.runs.iter().map(|run| &run[last]).collect();
         let samples: Vec<f64> = spp.iter().map(|&b| points[b].samples).collect();
         let runs: Vec<Vec<f64>> = (0..rendered.runs.len())
             .map(|r| spp.iter().map(|&b| points[b].relmse_runs[r]).collect())

@@ -33,6 +33,7 @@ pub struct Plan {
 struct Preset {
     levels: &'static [(Option<&'static str>, &'static [usize])],
     spp: &'static [u32],
+    seconds: &'static [f64],
     size: (u32, u32),
     depth: u32,
     repeats: u32,
@@ -42,6 +43,7 @@ struct Preset {
 const QUICK: Preset = Preset {
     levels: &[(None, &[0, 1])],
     spp: &[8, 16, 32, 64, 128],
+    seconds: &[0.25],
     size: (64, 36),
     depth: 4,
     repeats: 4,
@@ -59,7 +61,8 @@ const SUITE: Preset = Preset {
         // The most emitters, 3181.
         (Some("lq_e1m7"), &[1]),
     ],
-    spp: &[16, 64, 256, 1024, 4096],
+    spp: &[16, 64, 256, 1024],
+    seconds: &[0.5],
     size: (320, 180),
     depth: 8,
     repeats: 4,
@@ -69,6 +72,7 @@ const SUITE: Preset = Preset {
 const DEFAULT: Preset = Preset {
     levels: &[(None, &[0])],
     spp: &[16, 64, 256, 1024],
+    seconds: &[],
     size: (320, 180),
     depth: 8,
     repeats: 4,
@@ -142,17 +146,15 @@ impl Plan {
 }
 
 fn budgets(args: &Args, preset: &Preset) -> Vec<Budget> {
-    let mut spp = match (&args.spp, &args.seconds) {
-        (Some(list), _) => list.0.clone(),
-        (None, Some(_)) => Vec::new(),
-        (None, None) => preset.spp.to_vec(),
+    let (mut spp, mut seconds) = match (&args.spp, &args.seconds) {
+        (None, None) => (preset.spp.to_vec(), preset.seconds.to_vec()),
+        (spp, seconds) => (
+            spp.as_ref().map_or(Vec::new(), |list| list.0.clone()),
+            seconds.as_ref().map_or(Vec::new(), |list| list.0.clone()),
+        ),
     };
     spp.sort_unstable();
     spp.dedup();
-    let mut seconds = args
-        .seconds
-        .as_ref()
-        .map_or(Vec::new(), |list| list.0.clone());
     seconds.sort_by(f64::total_cmp);
     seconds.dedup();
     (spp.into_iter().map(Budget::Samples))
