@@ -50,6 +50,13 @@ pub fn curves(reference: &Reference, rendered: &[Rendered]) -> Result<Vec<Curve>
         .map(|c| c.points.clone());
     for curve in &mut curves {
         for point in &mut curve.points {
+            if curve.estimator == "naive" && curve.sees_all_light {
+                point.speedup = Some(Speedup {
+                    factor: Estimate::alone(1.0),
+                    beyond_curve: false,
+                });
+                continue;
+            }
             point.speedup = (naive.as_deref())
                 .filter(|_| curve.sees_all_light)
                 .and_then(|naive| speedup(naive, point));

@@ -2,6 +2,7 @@
 
 pub mod flip;
 
+use crate::bench::stats::{mean_and_error, t_quantile};
 use crate::picture::Picture;
 use crate::tonemap::{Tonemap, display};
 use flip::PIXELS_PER_DEGREE;
@@ -77,8 +78,9 @@ impl Metrics {
 ///
 /// The confidence intervals are `mean +- 1.96 standard errors`, taking pixels as independent
 /// draws (a pixel's three channels are one draw). They say how well the mean over these pixels is
-/// known when noise is the error; `rmse` and `mean_ratio` by the delta method. FLIP has none: its
-/// filters tie neighbouring pixels together.
+/// known when noise is the error; `rmse` and `mean_ratio` by the delta method. FLIP's filters tie
+/// neighbouring pixels together: its interval is Student's over the means of tiles that are wider
+/// than the filters reach, and pictures with fewer than 9 such tiles have none.
 ///
 /// # Errors
 /// When the sizes differ; the sentence gives both.
@@ -136,6 +138,7 @@ pub fn compare(reference: &Picture, image: &Picture) -> Result<(Metrics, Vec<f32
             "mean_ratio",
             [ratio.ratio() - spread, ratio.ratio() + spread],
         ),
+        ("flip", flip_interval(&errors, width, height)),
     ];
     let metrics = Metrics {
         mse: mse.mean(),
@@ -151,6 +154,28 @@ pub fn compare(reference: &Picture, image: &Picture) -> Result<(Metrics, Vec<f32
         ci95,
     };
     Ok((metrics, errors))
+}
+
+/// Side of the tiles that FLIP's interval is taken over: its widest filter reaches 10 pixels to
+/// each side.
+const TILE: usize = 32;
+
+/// 95 % confidence interval of the mean of FLIP errors; NaN for small pictures.
+fn flip_interval(errors: &[f32], width: usize, height: usize) -> [f64; 2] {
+    let (across, down) = (width / TILE, height / TILE);
+    if across * down < 9 {
+        return [f64::NAN; 2];
+    }
+    let mut sums = vec![(0.0, 0.0); across * down];
+    for (i, error) in errors.iter().enumerate() {
+        let tile = (i / width) * down / height * across + (i % width) * across / width;
+        sums[tile].0 += f64::from(*error);
+        sums[tile].1 += 1.0;
+    }
+    let means: Vec<f64> = sums.iter().map(|(sum, count)| sum / count).collect();
+    let half = t_quantile(0.975, means.len() as f64 - 1.0) * mean_and_error(&means).1;
+    let mean = errors.iter().map(|e| f64::from(*e)).sum::<f64>() / errors.len() as f64;
+    [(mean - half).max(0.0), mean + half]
 }
 
 /// What a display would show: stored codes as they are, radiance after the default tone mapping.
@@ -283,6 +308,42 @@ mod tests {
             })
             .count();
         assert!((365..=392).contains(&inside), "{inside} of 400");
+    }
+
+    #[test]
+    fn the_interval_of_flip_holds_the_truth_nineteen_times_in_twenty() {
+        let mut state = 3u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let square = |radiance| Picture {
+            width: 96,
+            height: 96,
+            radiance,
+            codes: None,
+        };
+        let reference = square(vec![[0.3; 3]; 96 * 96]);
+        let found: Vec<(f64, [f64; 2])> = (0..40)
+            .map(|_| {
+                let noisy = (0..96 * 96).map(|_| [0.6 * uniform(); 3]).collect();
+                let (m, _) = compare(&reference, &square(noisy)).unwrap();
+                let (name, interval) = m.ci95[6];
+                assert_eq!(name, "flip");
+                (m.flip, interval)
+            })
+            .collect();
+        let truth = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
+        let inside = (found.iter())
+            .filter(|(_, [low, high])| (*low..=*high).contains(&truth))
+            .count();
+        assert!((34..=40).contains(&inside), "{inside} of 40");
+        let wide = (found.iter()).all(|(_, [low, high])| high - low < 0.2 * truth);
+        assert!(wide, "{found:?}");
+        let small = picture(vec![[1.0; 3]; 64]);
+        assert!(compare(&small, &small).unwrap().0.ci95[6].1[0].is_nan());
     }
 
     #[test]
