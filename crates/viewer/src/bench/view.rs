@@ -293,7 +293,9 @@ impl Job<'_> {
             match saved {
                 // As it is in the file: the figures are the same when it is used again.
                 Ok(()) => reference = Reference::load(&path, &reference.stamp, width, height)?,
-                Err(why) => self.watch.warn(&format!("the reference is not kept: {why:#}")),
+                Err(why) => self
+                    .watch
+                    .warn(&format!("the reference is not kept: {why:#}")),
             }
         }
         Ok(Some((path, reference)))
