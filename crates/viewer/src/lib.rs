@@ -27,7 +27,7 @@ use tracing::Level;
 pub enum Outcome {
     /// It did what it was asked.
     Done,
-    /// `compare`: a limit given is exceeded.
+    /// `compare`: a limit given is exceeded; `bench`: a regression, a bias or a hard case that fails.
     LimitExceeded,
 }
 
@@ -44,7 +44,7 @@ impl std::fmt::Display for Usage {
 impl std::error::Error for Usage {}
 
 /// Runs the program with the process's arguments: 0 done, 1 could not do it, 2 wrong usage, 3 a
-/// limit of `compare` is exceeded.
+/// limit of `compare` or `bench` is exceeded.
 #[must_use]
 pub fn main() -> ExitCode {
     let start = Instant::now();

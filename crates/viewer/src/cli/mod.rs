@@ -34,7 +34,7 @@ Examples:
   runelight compare reference.exr image.exr --max-relmse 0.01
 
 Exit codes: 0 done, 1 could not do it (a sentence says why), 2 wrong usage,
-3 a limit given to compare is exceeded.";
+3 a limit of compare or bench is exceeded.";
 
 /// Path-traced pictures of Quake levels
 #[derive(Debug, Parser)]

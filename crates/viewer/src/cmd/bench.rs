@@ -12,7 +12,7 @@ use crate::interrupt;
 use crate::level::Source;
 use crate::output::PartFile;
 use crate::{Outcome, Usage};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use scene::{Camera, Scene};
 use std::io::Write as _;
 use std::path::Path;
@@ -73,6 +73,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     let ended = all.views(&mut bench, &json);
     watch.finish();
     ended?;
+    if bench.views.is_empty() {
+        bail!("it ended before the first view was measured; there is nothing to write");
+    }
     write_all(&args.output, &bench)?;
     context.print(&if context.json {
         serde_json::to_string(&bench)?
