@@ -167,16 +167,16 @@ impl Run<'_> {
                     deadline: self.deadline,
                 };
                 let hash = job.plan_hash();
-                let known = self.done.iter().find(|v| v.plan_hash == hash);
+                let known = (self.done.iter()).find(|v| v.plan_hash == hash && self.is_whole(v));
                 let view = match known {
                     Some(view) => Some(view.clone()),
                     None => job.run()?,
                 };
-                match view {
-                    Some(view) => bench.views.push(view),
-                    None => bench.complete = false,
-                }
-                bench.complete &= !interrupt::asked();
+                bench.complete &= view.is_some() && !interrupt::asked();
+                let Some(view) = view else {
+                    return Ok(());
+                };
+                bench.views.push(view);
                 bench.seconds = self.context.start.elapsed().as_secs_f64();
                 bias::judge(
                     (bench.views.iter_mut())
@@ -187,6 +187,13 @@ impl Run<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a view was measured to its end.
+    fn is_whole(&self, view: &View) -> bool {
+        view.curves.len() == self.plan.curves.len()
+            && (view.curves.iter().flat_map(|c| &c.points))
+                .all(|p| p.relmse_runs.len() == self.plan.repeats as usize)
     }
 
     fn is_over(&self) -> bool {
