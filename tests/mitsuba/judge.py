@@ -10,6 +10,7 @@ Exit codes: 0 all agree, 1 some do not or a renderer failed, 2 wrong usage.
 """
 
 import argparse
+import gc
 import json
 import math
 import os
@@ -26,8 +27,8 @@ SIGNIFICANCE = 0.01
 PASS_SHARE = 0.9975
 MEAN_LIMIT = 4.5
 FLOOR = 1e-5
-# Samples per pixel of the pass that finds the pixels in which the camera sees a lamp.
-LAMP_SPP = 1024
+# Samples per pixel of the passes that find the pixels in which the camera sees a lamp or the sky.
+SEEN_SPP = 1024
 
 
 def parse_arguments():
@@ -53,6 +54,8 @@ def parse_arguments():
     parser.add_argument("--seed", type=int, default=1, help="seed of everything")
     parser.add_argument("--variant", help="of Mitsuba (default: llvm_ad_rgb if LLVM is there, "
                         "else scalar_rgb)")
+    parser.add_argument("--without-sky", action="store_true",
+                        help="leave out the pixels in which the camera sees a scrolling sky")
     parser.add_argument("--keep", help="directory for exports, pictures and maps of z")
     parser.add_argument("--json", help="file for the results")
     return parser.parse_args()
@@ -126,24 +129,38 @@ def by_mitsuba(mi, np, options, scene):
     return Picture("mitsuba", mean, variance, time.monotonic() - start, spp * options.batches)
 
 
-def lamp_pixels(mi, np, scene, scene_path):
-    """Which pixels show a lamp's sphere: those that change when the lamps go out and only what the
-    camera itself sees is rendered."""
+def pixels_that_show(mi, np, options, scene, pattern):
+    """Which pixels show an emitter whose parameter's name matches: those that change when it goes
+    out and only what the camera itself sees is rendered. None if there is no such emitter."""
     params = mi.traverse(scene)
-    lamps = [key for key in params.keys() if re.match(r"lamp-\d+\.emitter\.radiance\.value", key)]
-    if not lamps:
+    keys = [key for key in params.keys() if re.fullmatch(pattern, key)]
+    if not keys:
         return None
-    seen = mi.load_file(str(scene_path), depth=1, rr_depth=2)
-    lit = np.array(mi.render(seen, spp=LAMP_SPP, seed=7))
-    params = mi.traverse(seen)
-    for key in lamps:
-        params[key] = 0.0
+    seen = mi.load_dict({"type": "volpath", "max_depth": 1})
+
+    def render():
+        return np.array(mi.render(scene, integrator=seen, spp=SEEN_SPP, seed=options.seed))
+
+    lit = render()
+    shine = {key: type(params[key])(params[key]) for key in keys}
+    for key in keys:
+        params[key] = type(params[key])(0.0)
     params.update()
-    unlit = np.array(mi.render(seen, spp=LAMP_SPP, seed=7))
-    return np.abs(lit - unlit).max(axis=-1) > 1e-6
+    changed = np.abs(lit - render()).max(axis=-1) > 1e-6
+    for key in keys:
+        params[key] = shine[key]
+    params.update()
+    # A rim may lie in a pixel in which none of these samples found it.
+    grown = np.pad(changed, 1)
+    height, width = changed.shape
+    return np.any([grown[y:y + height, x:x + width] for y in range(3) for x in range(3)], axis=0)
 
 
-def z_test(np, a, b, left_out):
+LAMPS = r"lamp-\d+\.emitter\.radiance\.value"
+SCROLLING_SKY = r".*\.emitter\.scale"
+
+
+def z_test(np, a, b, left_out, sky):
     """The test of tests/src/stats.rs."""
     keep = np.ones(a.mean.shape[:2], bool) if left_out is None else ~left_out
     x, y = a.mean[keep], b.mean[keep]
@@ -162,12 +179,15 @@ def z_test(np, a, b, left_out):
     passed = float((np.abs(z) <= limit).mean())
     mean_z = float(np.max(np.abs(sums[0] - sums[1]) / mean_error))
     total = float(sums[1].sum())
+    # Failures where the scrolling sky is seen, whose texels have soft borders in Mitsuba.
+    failed_sky = 0 if sky is None else int((np.abs(map_of_z[sky]) > limit).sum())
     # What difference of a pixel channel would have been seen, relative to the picture's mean.
     power = limit * float(np.median(error)) / max(float(y.mean()), 1e-30)
     return {
         "pair": [a.name, b.name],
         "passed": passed,
         "failed": int((np.abs(z) > limit).sum()),
+        "failed_sky": failed_sky,
         "comparisons": int(comparisons),
         "limit": limit,
         "spread": float(np.sqrt(np.mean(np.clip(z, -limit, limit) ** 2))),
@@ -196,7 +216,13 @@ def judge_view(mi, np, options, view, scratch):
     view["sealed"] = export["sealed"]
     scene = mi.load_file(str(folder / "scene.xml"))
     pictures = [by_mitsuba(mi, np, options, scene)]
-    left_out = lamp_pixels(mi, np, scene, folder / "scene.xml")
+    lamps = pixels_that_show(mi, np, options, scene, LAMPS)
+    sky = pixels_that_show(mi, np, options, scene, SCROLLING_SKY)
+    masks = [mask for mask in (lamps, sky if options.without_sky else None) if mask is not None]
+    left_out = np.any(masks, axis=0) if masks else None
+    # A second scene in the same process is more than OptiX takes.
+    del scene
+    gc.collect()
     own = dict(entry.split("=") for entry in options.device_spp)
     for device in options.device or ["cpu", "llvmpipe"]:
         spp = int(own.get(device, options.spp))
@@ -216,7 +242,7 @@ def judge_view(mi, np, options, view, scratch):
             save_png(mi, np, scratch / f"{a.name}.png", a.mean)
             np.savez_compressed(scratch / f"{a.name}.npz", mean=a.mean, variance=a.variance)
         for b in pictures[:i]:
-            verdict, z = z_test(np, a, b, left_out)
+            verdict, z = z_test(np, a, b, left_out, sky)
             result["pairs"].append(verdict)
             if options.keep:
                 np.savez_compressed(scratch / f"z_{a.name}_{b.name}.npz", z=z)
@@ -257,7 +283,7 @@ def main():
     import numpy as np
 
     print(f"Mitsuba {mi.__version__} {mi.variant()}, {options.size}, depth {options.depth}")
-    print(f"{'view':<16}{'pair':<24}{'passed':>9}{'failed':>8}{'mean z':>8}{'ratio':>10}"
+    print(f"{'view':<16}{'pair':<24}{'passed':>9}{'failed':>8}{'in sky':>8}{'mean z':>8}{'ratio':>10}"
           f"{'+-':>9}{'spread':>8}{'visible':>9}")
     results = []
     for number, view in views_of(options):
@@ -274,17 +300,19 @@ def main():
         results.append(result)
         for pair in result["pairs"]:
             print(f"{name:<16}{' / '.join(pair['pair']):<24}{100 * pair['passed']:>8.3f}%"
-                  f"{pair['failed']:>8}{pair['mean_z']:>8.2f}{pair['mean_ratio']:>10.5f}"
+                  f"{pair['failed']:>8}{pair['failed_sky']:>8}{pair['mean_z']:>8.2f}{pair['mean_ratio']:>10.5f}"
                   f"{pair['mean_ratio_error']:>9.5f}{pair['spread']:>8.3f}"
                   f"{100 * pair['pixel_visible']:>8.1f}%{'' if pair['agrees'] else '  DIFFERENT'}",
                   flush=True)
         if result.get("left_out"):
-            print(f"{name:<16}{result['left_out']} pixels left out: the camera sees a lamp")
-    if options.json:
-        summary = {"mitsuba": mi.__version__, "variant": mi.variant(), "size": options.size,
-                   "depth": options.depth, "results": results}
-        pathlib.Path(options.json).write_text(json.dumps(summary, indent=1) + "\n",
-                                              encoding="utf-8")
+            print(f"{name:<16}{result['left_out']} pixels left out",
+                  flush=True)
+        if options.json:
+            # After every view, so that a run that is cut short leaves what it has.
+            summary = {"mitsuba": mi.__version__, "variant": mi.variant(), "size": options.size,
+                       "depth": options.depth, "results": results}
+            pathlib.Path(options.json).write_text(json.dumps(summary, indent=1) + "\n",
+                                                  encoding="utf-8")
     agree = [r for r in results if r["pairs"] and all(p["agrees"] for p in r["pairs"])]
     print(f"{len(agree)} of {len(results)} views agree")
     return 0 if results and len(agree) == len(results) else 1

@@ -16,9 +16,9 @@ use std::collections::BTreeMap;
 pub const TWIN_GAP: f64 = 1.0 / 256.0;
 /// Largest edge of a triangle of a warped surface in units of its texture coordinates, unless there
 /// would be too many.
-const WARP_STEP: f64 = 2.0;
+const WARP_STEP: f64 = 0.5;
 /// Largest number of triangles that warped surfaces are cut into, about.
-const MAX_WARPED: f64 = 1.5e6;
+const MAX_WARPED: f64 = 5e5;
 /// Largest number of pieces that an emitting material is cut into; beyond, its light is not
 /// sampled.
 const MAX_PIECES: f64 = 5e5;
@@ -242,8 +242,8 @@ fn warp_step(job: &Job<'_>, triangles: &[PlacedTriangle], reasons: &mut Vec<Reas
     if area == 0.0 {
         return WARP_STEP;
     }
-    // Halving makes triangles of about a third of the step's square.
-    let step = WARP_STEP.max((3.0 * area / MAX_WARPED).sqrt());
+    // Halving makes triangles of about a sixth of the step's square.
+    let step = WARP_STEP.max((6.0 * area / MAX_WARPED).sqrt());
     // Second derivative of 8 sin(2 pi v / 128), times step^2 / 8: the error of a linear
     // interpolation.
     let bend = 8.0 * (std::f64::consts::TAU / 128.0).powi(2);

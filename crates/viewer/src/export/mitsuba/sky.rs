@@ -14,7 +14,7 @@ use scene::{Scene, Texture};
 /// Pixels across; half of it, down.
 pub const WIDTH: u32 = 4096;
 /// Rays per pixel of the image, along each axis.
-const RAYS: u32 = 2;
+const RAYS: u32 = 4;
 /// Units of a sky layer's tile, whatever its size in texels.
 const TILE: f64 = 128.0;
 /// Least cosine between the shading normal and a sky face.
@@ -71,31 +71,50 @@ impl Frame {
 }
 
 /// What the sky shows in a direction; the transport's definition.
-struct Lookup<'a> {
-    back: &'a Texture,
-    front: &'a Texture,
-    scale: f64,
-    time: f64,
-    linear: [f64; 256],
+struct Lookup {
+    back: Layer,
+    front: Layer,
 }
 
-impl Lookup<'_> {
-    fn radiance(&self, direction: DVec3) -> DVec3 {
-        let layer = |texture: &Texture, speed| -> [u8; 4] {
-            let uv = scroll_uv(direction.to_array(), self.time, speed);
-            let index = |at: f64, size: u32| {
-                ((at / TILE * f64::from(size)).floor() as i64).rem_euclid(i64::from(size.max(1)))
-            };
-            let (x, y) = (index(uv[0], texture.width), index(uv[1], texture.height));
-            let at = y as usize * texture.width as usize + x as usize;
-            texture.rgba.get(at).copied().unwrap_or_default()
+/// A layer with its radiances, and where it has scrolled to.
+struct Layer {
+    texels: Vec<Option<DVec3>>,
+    size: [u32; 2],
+    scroll: f64,
+}
+
+impl Layer {
+    /// `see_through` says that texels with alpha 0 are not there.
+    fn new(texture: &Texture, scale: f32, scroll: f64, see_through: bool) -> Self {
+        let decode = |&[r, g, b, a]: &[u8; 4]| {
+            let linear = DVec3::from([r, g, b].map(scene::material::srgb_to_linear));
+            (a != 0 || !see_through).then_some(linear * f64::from(scale))
         };
-        let mut texel = layer(self.front, FRONT_SPEED);
-        if texel[3] == 0 {
-            texel = layer(self.back, BACK_SPEED);
+        Self {
+            texels: texture.rgba.iter().map(decode).collect(),
+            size: [texture.width, texture.height],
+            scroll,
         }
-        let [r, g, b, _] = texel.map(|c| self.linear[c as usize]);
-        DVec3::new(r, g, b) * self.scale
+    }
+
+    /// The texel at coordinates without scrolling.
+    fn at(&self, uv: [f64; 2]) -> Option<DVec3> {
+        let [x, y] = [0, 1].map(|i| {
+            let size = i64::from(self.size[i].max(1));
+            let at = ((uv[i] + self.scroll) / TILE * size as f64).floor() as i64;
+            at.rem_euclid(size) as usize
+        });
+        *self.texels.get(y * self.size[0] as usize + x)?
+    }
+}
+
+impl Lookup {
+    fn radiance(&self, direction: DVec3) -> DVec3 {
+        // At time 0 nothing has scrolled.
+        let uv = scroll_uv(direction.to_array(), 0.0, 0.0);
+        (self.front.at(uv))
+            .or_else(|| self.back.at(uv))
+            .unwrap_or_default()
     }
 }
 
@@ -110,12 +129,14 @@ pub fn image(scene: &Scene, time: f32, frame: &Frame) -> Option<Vec<[f32; 3]>> {
     let SkyKind::Scrolling { back, front } = scene.sky.kind else {
         return None;
     };
+    let layer = |id: scene::TextureId, speed, see_through| {
+        let texture = scene.textures.get(id.0 as usize)?;
+        let scroll = f64::from(time) * speed;
+        Some(Layer::new(texture, scene.sky.scale, scroll, see_through))
+    };
     let lookup = Lookup {
-        back: scene.textures.get(back.0 as usize)?,
-        front: scene.textures.get(front.0 as usize)?,
-        scale: f64::from(scene.sky.scale),
-        time: f64::from(time),
-        linear: std::array::from_fn(|i| scene::material::srgb_to_linear(i as u8)),
+        back: layer(back, BACK_SPEED, false)?,
+        front: layer(front, FRONT_SPEED, true)?,
     };
     let (w, h) = (WIDTH, WIDTH / 2);
     let offsets: Vec<f64> = (0..RAYS)
