@@ -222,10 +222,6 @@ struct Escape {
     vec3 direction;
     // The pixel's sample it belongs to.
     uint sample_index;
-    // Number of the level's face it began on; MISS for a camera ray.
-    uint face;
-    // Unused, keeps the size a multiple of 16 bytes.
-    vec3 padding;
 };
 
 // One ray as it was traced.

@@ -20,9 +20,6 @@ void main() {
         escape.direction = gl_WorldRayDirectionEXT;
         escape.pixel = gl_LaunchIDEXT.y * size.x + gl_LaunchIDEXT.x;
         escape.sample_index = samples_taken(escape.pixel, size.x * size.y);
-        // The payload still names the triangle the ray began on.
-        escape.face = hit.triangle == MISS ? MISS
-                                           : params.scene.at[0].triangles.at[hit.triangle].face;
         params.escapes.at[slot] = escape;
     }
     hit.triangle = MISS;

@@ -6,8 +6,7 @@ struct HitPayload {
     vec2 barycentrics; // of the second and third corner
     float t;
     uint instance;     // custom index and HIT_FRONT
-    uint triangle;     // index among all triangles; MISS if nothing was hit. On the way in, the
-                       // triangle the ray began on
+    uint triangle;     // index among all triangles; MISS if nothing was hit
 };
 
 struct ShadowPayload {

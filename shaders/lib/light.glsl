@@ -36,7 +36,7 @@ LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
         ? 0.5 * length(cross(t.p1 - t.p0, t.p2 - t.p0)) : 0.0;
     s.pdf = pdf_light(material.emission_weight, area, squared, cos_light);
     // The light's own surface must not shadow it: stop short by its error bound.
-    const float error = position_error(t.p0, t.p1, t.p2);
+    const float error = position_error(t.p0, t.p1, t.p2, HAS_INSTANCES);
     s.t_max = max(0.0, distance - error / max(abs(cos_light), 1e-3));
     if ((material.flags & MATERIAL_SKY) != 0u) {
         s.emission = sky_radiance(s.wi);

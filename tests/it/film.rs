@@ -6,7 +6,7 @@ use runelight_tests::devices::{Device, gpu, render};
 use runelight_tests::scenes::{room, room_view};
 use runelight_tests::stats::ZTest;
 use scene::light::{PointLight, Spot};
-use scene::render::{ESCAPES_KEPT, Estimator, Film, Renderer, Selection, Settings};
+use scene::render::{ESCAPES_KEPT, Escape, Estimator, Film, Renderer, Selection, Settings};
 use scene::{EmissiveTriangle, Emitters, Scene};
 use std::sync::Arc;
 
@@ -96,10 +96,10 @@ fn what_leaves_is_counted_and_the_first_are_kept() {
             let [x, y, z] = escape.origin;
             let length: f32 = escape.direction.iter().map(|d| d * d).sum();
             assert!((length - 1.0).abs() < 1e-5 && escape.sample < 4 && escape.pixel < 256);
-            match escape.face {
+            match scene.triangle_beside(escape.origin.into()) {
                 None => assert_eq!((x, y, z), (-90.0, 0.0, 20.0)),
-                Some(face) => {
-                    assert_eq!(face, 0);
+                Some(triangle) => {
+                    assert_eq!(triangle.face, 0);
                     assert!(x.abs() <= 100.0 && y.abs() <= 100.0 && (0.0..0.1).contains(&z));
                     assert!(escape.direction[2] > 0.0);
                 }
@@ -114,7 +114,8 @@ fn what_leaves_is_counted_and_the_first_are_kept() {
             ..view.clone()
         };
         let film = render(device, &scene, &small, 1);
-        let camera = film.escapes.iter().filter(|e| e.face.is_none()).count();
+        let is_camera = |e: &&Escape| scene.triangle_beside(e.origin.into()).is_none();
+        let camera = film.escapes.iter().filter(is_camera).count();
         let bounce = film.escapes.len() - camera;
         assert_eq!(camera + bounce, 64, "{device:?}");
         assert!(camera > 16 && bounce > 16);

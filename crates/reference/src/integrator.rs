@@ -25,15 +25,7 @@ pub(crate) struct PathSample {
     /// Rays traced.
     pub rays: u64,
     /// The ray that left the scene, if one did.
-    pub escaped: Option<Lost>,
-}
-
-/// A ray that left the scene.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Lost {
-    pub ray: Ray,
-    /// The face it began on; `None` for a camera ray.
-    pub face: Option<u32>,
+    pub escaped: Option<Ray>,
 }
 
 /// What the camera ray hit.
@@ -72,12 +64,11 @@ pub(crate) fn trace_path(
     let mut throughput = DVec3::ONE;
     // Density of the ray's direction at the vertex before.
     let mut pdf_direction = 0.0;
-    let mut face = None;
     let mut k = 1_u32;
     loop {
         sample.rays += 1;
         let Some(hit) = world.closest_hit(&ray, stack) else {
-            sample.escaped = Some(Lost { ray, face });
+            sample.escaped = Some(ray);
             return sample;
         };
         let point = world.surface_point(&hit);
@@ -136,7 +127,6 @@ pub(crate) fn trace_path(
             throughput /= survival;
         }
         ray = Ray::new(point.spawn_origin(), direction);
-        face = Some(point.face);
         k += 1;
     }
 }

@@ -234,15 +234,14 @@ impl Tally {
         self.counters.paths += 1;
         self.counters.rays += path.rays;
         self.counters.nonfinite += u64::from(!is_finite);
-        if let Some(lost) = &path.escaped {
+        if let Some(ray) = &path.escaped {
             self.counters.escaped += 1;
             if self.escapes.len() < ESCAPES_KEPT {
                 self.escapes.push(Escape {
                     pixel: pixel as u32,
                     sample,
-                    origin: lost.ray.origin.as_vec3().to_array(),
-                    direction: lost.ray.direction.as_vec3().to_array(),
-                    face: lost.face,
+                    origin: ray.origin.as_vec3().to_array(),
+                    direction: ray.direction.as_vec3().to_array(),
                 });
             }
         }

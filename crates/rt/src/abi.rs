@@ -329,10 +329,6 @@ abi! {
             direction: vec3,
             /// The pixel's sample it belongs to.
             sample_index: uint,
-            /// Number of the level's face it began on; MISS for a camera ray.
-            face: uint,
-            /// Unused, keeps the size a multiple of 16 bytes.
-            padding: vec3,
         }
         /// One ray as it was traced.
         LoggedRay {
@@ -397,7 +393,7 @@ mod tests {
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<LoggedRay>(), 32);
-        assert_eq!(size_of::<Escape>(), 48);
+        assert_eq!(size_of::<Escape>(), 32);
         assert!(
             size_of::<PathTraceParams>() <= 128,
             "push constants every device has"

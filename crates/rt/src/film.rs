@@ -140,7 +140,6 @@ impl GpuFilm {
                 sample: e.sample_index,
                 origin: e.origin,
                 direction: e.direction,
-                face: (e.face != abi::MISS).then_some(e.face),
             })
             .collect();
         film.escapes.sort_by_key(|e| (e.pixel, e.sample));

@@ -188,6 +188,31 @@ impl Scene {
         self
     }
 
+    /// The triangle that a ray from `origin` began on: the nearest one, if it is nearer than ray
+    /// origins are moved off surfaces. `None` for a point in free space, such as a camera. Looks at
+    /// every triangle.
+    #[must_use]
+    pub fn triangle_beside(&self, origin: Vec3) -> Option<&Triangle> {
+        /// Share of the largest coordinate by which origins may be moved along grazing rays.
+        const NEAR: f32 = 4e-5;
+        let extent = (self.bounds_min.abs()).max(self.bounds_max.abs());
+        let near = (NEAR * extent.max_element()).max(NEAR);
+        let distances = self.instances.iter().flat_map(|instance| {
+            let mesh = &self.meshes[instance.mesh];
+            mesh.triangles.iter().map(move |t| {
+                let corners = (t.vertices).map(|v| {
+                    let p = instance
+                        .transform
+                        .transform_point3(mesh.positions[v as usize]);
+                    (p - origin).as_dvec3()
+                });
+                (mesh::distance_to_triangle(corners), t)
+            })
+        });
+        let (distance, triangle) = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (distance <= f64::from(near)).then_some(triangle)
+    }
+
     /// Triangles over all instances, as a ray can meet them.
     #[must_use]
     pub fn triangle_count(&self) -> usize {

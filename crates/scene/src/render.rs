@@ -115,8 +115,6 @@ pub struct Escape {
     pub origin: [f32; 3],
     /// Its direction, a unit vector.
     pub direction: [f32; 3],
-    /// The level's number of the face it began on; `None` for a camera ray.
-    pub face: Option<u32>,
 }
 
 /// Escapes that a renderer keeps; it counts them all.

@@ -1,8 +1,9 @@
 //! Rays that left the level: how many, and where the first of them began.
 
 use scene::Scene;
-use scene::render::{Counters, Escape, Film};
-use serde_json::{Value, json};
+use scene::render::{Counters, Film};
+use serde::Serialize;
+use std::fmt;
 
 /// Rays that left in 1e9 rays traced, shadow rays included.
 #[must_use]
@@ -10,47 +11,73 @@ pub fn per_billion(counters: &Counters) -> f64 {
     counters.escaped as f64 * 1e9 / counters.rays.max(1) as f64
 }
 
-/// The escapes that were kept: where each began, on which face with which texture, where it went.
+/// A ray that left the level; see [`scene::render::Escape`].
+#[derive(Clone, Debug, Serialize)]
+pub struct Left {
+    /// Column and row of the pixel.
+    pub pixel: [u32; 2],
+    /// Number of the sample.
+    pub sample: u32,
+    /// Where the ray began, world space.
+    pub origin: [f32; 3],
+    /// Its direction.
+    pub direction: [f32; 3],
+    /// The face it began on; `None` for a camera ray.
+    pub face: Option<u32>,
+    /// That face's texture.
+    pub texture: Option<String>,
+}
+
+/// The rays that left of those the film kept.
 #[must_use]
-pub fn json(film: &Film, scene: &Scene) -> Value {
-    let one = |e: &Escape| {
-        json!({
-            "pixel": [e.pixel % film.width, e.pixel / film.width],
-            "sample": e.sample,
-            "origin": e.origin,
-            "direction": e.direction,
-            "face": e.face,
-            "texture": e.face.and_then(|face| texture_of(scene, face)),
-        })
-    };
-    film.escapes.iter().map(one).collect()
-}
-
-/// The same, one sentence each.
-pub fn sentences<'a>(film: &'a Film, scene: &'a Scene) -> impl Iterator<Item = String> + 'a {
-    film.escapes.iter().map(|e| {
-        let [x, y, z] = e.origin;
-        let [dx, dy, dz] = e.direction;
-        let face = match e.face {
-            None => "the camera".to_owned(),
-            Some(face) => {
-                let texture = texture_of(scene, face).unwrap_or("unknown");
-                format!("face {face} ({texture})")
+pub fn left(film: &Film, scene: &Scene) -> Vec<Left> {
+    (film.escapes.iter())
+        .map(|escape| {
+            let triangle = scene.triangle_beside(escape.origin.into());
+            let material = triangle.map(|t| &scene.materials[t.material.0 as usize]);
+            Left {
+                pixel: [escape.pixel % film.width, escape.pixel / film.width],
+                sample: escape.sample,
+                origin: escape.origin,
+                direction: escape.direction,
+                face: triangle.map(|t| t.face),
+                texture: material.map(|m| m.name.clone()),
             }
-        };
-        format!(
-            "escaped from {face} at {x:.4} {y:.4} {z:.4} to {dx:.4} {dy:.4} {dz:.4} (pixel {} {}, \
-             sample {})",
-            e.pixel % film.width,
-            e.pixel / film.width,
-            e.sample
-        )
-    })
+        })
+        .collect()
 }
 
-/// Name of the material of a face of the level.
-fn texture_of(scene: &Scene, face: u32) -> Option<&str> {
-    let mut triangles = scene.meshes.iter().flat_map(|m| &m.triangles);
-    let triangle = triangles.find(|t| t.face == face)?;
-    Some(&scene.materials[triangle.material.0 as usize].name)
+impl fmt::Display for Left {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("left from ")?;
+        match (self.face, &self.texture) {
+            (Some(face), Some(texture)) => write!(f, "face {face} ({texture})")?,
+            _ => f.write_str("the camera")?,
+        }
+        let ([x, y, z], [dx, dy, dz]) = (self.origin, self.direction);
+        let ([column, row], sample) = (self.pixel, self.sample);
+        write!(
+            f,
+            " at {x} {y} {z} along {dx} {dy} {dz} (pixel {column} {row}, sample {sample})"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_leaves_is_said_with_its_face() {
+        let left = Left {
+            pixel: [7, 2],
+            sample: 3,
+            origin: [1.0, 2.5, -3.0],
+            direction: [0.0, 0.0, 1.0],
+            face: Some(12),
+            texture: Some("metal".into()),
+        };
+        let sentence = "left from face 12 (metal) at 1 2.5 -3 along 0 0 1 (pixel 7 2, sample 3)";
+        assert_eq!(left.to_string(), sentence);
+    }
 }

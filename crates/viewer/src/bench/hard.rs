@@ -4,10 +4,11 @@
 use super::report::table;
 use super::watch::Watch;
 use crate::device::{CPU, Device};
+use crate::escapes::{self, Left};
 use anyhow::Result;
 use gallery::{Case, Escapes, cases};
 use scene::Scene;
-use scene::render::{Escape, Estimator, Film, Settings};
+use scene::render::{Estimator, Film, Settings};
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -106,33 +107,6 @@ pub struct Row {
     pub failures: Vec<String>,
     /// The first rays that left the scene where none may.
     pub escapes: Vec<Left>,
-}
-
-/// A ray that left a sealed scene.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Left {
-    /// Number of the pixel.
-    pub pixel: u32,
-    /// Number of the sample.
-    pub sample: u32,
-    /// Where the ray began, world space.
-    pub origin: [f32; 3],
-    /// Its direction.
-    pub direction: [f32; 3],
-    /// The face it began on; `None` for a camera ray.
-    pub face: Option<u32>,
-}
-
-impl From<&Escape> for Left {
-    fn from(escape: &Escape) -> Self {
-        Self {
-            pixel: escape.pixel,
-            sample: escape.sample,
-            origin: escape.origin,
-            direction: escape.direction,
-            face: escape.face,
-        }
-    }
 }
 
 /// Renders the gallery on `device`, and on the processor unless that is the device.
@@ -241,7 +215,7 @@ fn row(
         passed: verdict.passed(),
         failures: verdict.failures,
         escapes: if sealed {
-            film.escapes.iter().map(Left::from).collect()
+            escapes::left(&film, scene)
         } else {
             Vec::new()
         },
@@ -352,7 +326,7 @@ impl HardReport {
                 text += &format!("  {failure}\n");
             }
             for left in &row.escapes {
-                text += &left.line();
+                text += &format!("  {left}\n");
             }
         }
         if !self.complete {
@@ -360,20 +334,6 @@ impl HardReport {
         }
         text += &format!("{:.0} s in all", self.seconds);
         text
-    }
-}
-
-impl Left {
-    fn line(&self) -> String {
-        let [x, y, z] = self.origin;
-        let [dx, dy, dz] = self.direction;
-        let face = self
-            .face
-            .map_or("the camera".to_owned(), |f| format!("face {f}"));
-        format!(
-            "  left from {face} at {x} {y} {z} along {dx} {dy} {dz} (pixel {}, sample {})\n",
-            self.pixel, self.sample
-        )
     }
 }
 
@@ -427,18 +387,5 @@ mod tests {
         assert_eq!(json["totals"][0]["pictures"], 4);
         let text = report.text();
         assert!(text.contains("Not every case was rendered."), "{text}");
-    }
-
-    #[test]
-    fn what_leaves_is_said_with_its_face() {
-        let left = Left {
-            pixel: 7,
-            sample: 3,
-            origin: [1.0, 2.5, -3.0],
-            direction: [0.0, 0.0, 1.0],
-            face: Some(12),
-        };
-        let line = "  left from face 12 at 1 2.5 -3 along 0 0 1 (pixel 7, sample 3)\n";
-        assert_eq!(left.line(), line);
     }
 }

@@ -151,8 +151,8 @@ fn warn_of_bad_samples(scene: &Scene, film: &Film) {
             counters.escaped,
             escapes::per_billion(counters)
         );
-        for sentence in escapes::sentences(film, scene) {
-            tracing::info!("{sentence}");
+        for left in escapes::left(film, scene) {
+            tracing::info!("{left}");
         }
     }
 }
@@ -250,7 +250,7 @@ impl Report<'_> {
             "escaped": counters.escaped,
             "escaped_per_1e9_rays": escapes::per_billion(counters),
             "sealed": self.scene.report.sealed,
-            "escapes": escapes::json(film, self.scene),
+            "escapes": escapes::left(film, self.scene),
             "stopped": self.stopped.name(),
             "spp_asked": self.spp_asked,
             "camera": self.settings.camera.name,
