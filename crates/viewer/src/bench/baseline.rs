@@ -6,15 +6,21 @@
 //! the standard error of the repeats of both; that of the seconds is pooled over all curves,
 //! because a machine's restlessness is the same for all. A figure is a regression if its ratio is
 //! significantly worse (one-sided Student, 0.01 over all figures by Sidak), and by more than
-//! the tolerance: what one run's repeats cannot know, such as another clock frequency.
+//! the tolerance: what one run's repeats cannot know, such as another clock frequency. Times are left
+//! out where the machine is another one, or where the processor rendered and the program had more or
+//! fewer of its cores than before.
 
 use super::result::{Bench, Budget, Curve, FORMAT, Point, View};
 use super::stats::{mean_and_error, sidak_level, t_two_sided};
+use crate::device::CPU;
 use anyhow::{Context as _, Result, anyhow, bail};
 use std::path::Path;
 
 /// Significance over all figures.
 const ALPHA: f64 = 0.01;
+
+/// Factor between the cores that two runs on the processor had, up to which times are comparable.
+const CORES_MAY_DIFFER: f64 = 1.1;
 
 /// Largest file that is read.
 const MAX_BYTES: u64 = 1 << 28;
@@ -90,10 +96,21 @@ pub fn compare(old: &Bench, new: &Bench, tolerance: f64) -> Result<Verdict> {
         match partner(old, view) {
             Err(why) => why_not.push(format!("{name}: {why}")),
             Ok(before) => {
+                // A processor that also does other work says nothing about the program.
+                let busy = new.device == CPU
+                    && (view.cores / before.cores).ln().abs() > CORES_MAY_DIFFER.ln();
+                if busy && same_machine {
+                    text += &format!(
+                        "{name}: the program had {:.2} cores before and {:.2} now, so times are \
+                         not compared\n",
+                        before.cores, view.cores
+                    );
+                }
+                let times = same_machine && !busy;
                 for curve in &view.curves {
                     let same = |c: &&Curve| c.name() == curve.name();
                     match before.curves.iter().find(same) {
-                        Some(old) => add(&mut figures, &name, old, curve, same_machine),
+                        Some(old) => add(&mut figures, &name, old, curve, times),
                         None => why_not.push(format!("{name} {}: new", curve.name())),
                     }
                 }

@@ -17,3 +17,17 @@ impl Machine {
         }
     }
 }
+
+/// Seconds of processor time that this process has used so far; `None` where the system does not
+/// say it as Linux does.
+#[must_use]
+pub fn processor_seconds() -> Option<f64> {
+    /// What `/proc` counts in, on every architecture of Linux (`USER_HZ`).
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name is in parentheses and may hold anything; user and system time are fields 14 and 15.
+    let (_, rest) = stat.rsplit_once(')')?;
+    let mut fields = rest.split_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / TICKS_PER_SECOND)
+}

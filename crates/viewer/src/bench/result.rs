@@ -68,6 +68,10 @@ pub struct View {
     pub emitters: usize,
     /// Whether no ray should leave the level.
     pub sealed: bool,
+    /// Processor cores that the program had while it was measured, on average. On a machine that
+    /// does other work it is less than the renderer would use.
+    #[serde(with = "finite")]
+    pub cores: f64,
     /// What it was measured against.
     pub reference: ReferenceNote,
     /// One per estimator and way to choose lights.

@@ -2,7 +2,8 @@
 
 use super::evaluate::{self, Rendered};
 use super::identity::{Hasher, REFERENCE_SEED, measured_seed, settings_hash};
-use super::measure::{self, Snapshot};
+use super::machine::processor_seconds;
+use super::measure;
 use super::plan::Plan;
 use super::reference::{MIN_BATCHES, Reference, Stale, Stamp, cache_name};
 use super::result::{ReferenceNote, View};
@@ -117,7 +118,10 @@ impl Job<'_> {
             )),
             None => None,
         };
+        let (begun, used) = (Instant::now(), processor_seconds());
         let rendered = self.render()?;
+        let used = processor_seconds().zip(used).map(|(now, then)| now - then);
+        let cores = used.map_or(f64::NAN, |s| s / begun.elapsed().as_secs_f64());
         if rendered.is_empty() {
             return Ok(None);
         }
@@ -137,7 +141,8 @@ impl Job<'_> {
         };
         let seconds = start.elapsed().as_secs_f64();
         self.watch.step("compare");
-        let view = self.view(&file, &reference, wanted, seconds, &rendered)?;
+        let mut view = self.view(&file, &reference, wanted, seconds, &rendered)?;
+        view.cores = cores;
         if !view.reference.is_good() {
             self.watch.warn(&format!(
                 "{} from {}: the reference's relMSE is {:.1e} and {wanted:.1e} was wanted; give it \
@@ -172,6 +177,7 @@ impl Job<'_> {
             triangles: self.scene.triangle_count(),
             emitters: self.scene.emitters.triangles.len() + self.scene.lights.len(),
             sealed: self.scene.report.sealed,
+            cores: f64::NAN,
             reference: ReferenceNote {
                 file: file.display().to_string(),
                 device: reference.stamp.device.clone(),
@@ -187,37 +193,38 @@ impl Job<'_> {
         })
     }
 
-    /// Renders every curve; those that were not begun when it was to stop are missing.
+    /// Renders every curve as often as planned, or as often as there was time for; curves without a
+    /// whole run are missing.
+    ///
+    /// Repeats are the outer loop: what else the machine does changes over seconds, and so shows
+    /// in the spread of a curve's repeats instead of in one curve's favour.
     fn render(&self) -> Result<Vec<Rendered>> {
-        let mut rendered = Vec::new();
-        for (number, &(estimator, selection)) in self.plan.curves.iter().enumerate() {
-            let mut runs: Vec<Vec<Snapshot>> = Vec::new();
-            for repeat in 0..self.plan.repeats {
-                if (self.stop)() {
-                    break;
+        let mut rendered: Vec<Rendered> = (self.plan.curves.iter())
+            .map(|&(estimator, selection)| {
+                let chooses = estimator.samples_lights();
+                Rendered {
+                    estimator: estimator.name().to_owned(),
+                    selection: if chooses { selection.name() } else { "-" }.to_owned(),
+                    sees_all_light: chooses || !self.scene.features.point_lights,
+                    runs: Vec::new(),
                 }
-                let name = estimator.name();
-                let of = self.plan.repeats;
+            })
+            .collect();
+        'all: for repeat in 0..self.plan.repeats {
+            for (number, &(estimator, selection)) in self.plan.curves.iter().enumerate() {
+                let (name, of) = (estimator.name(), self.plan.repeats);
                 self.watch
-                    .step(&format!("{name}, run {} of {of}", repeat + 1));
+                    .step(&format!("run {} of {of}, {name}", repeat + 1));
                 let seed = measured_seed(self.plan.seed, number, repeat);
                 let settings = self.settings(estimator, selection, seed);
                 let mut renderer = (self.maker)(&settings)?;
                 match measure::run(&mut *renderer, &self.plan.budgets, self.stop)? {
-                    Some(run) => runs.push(run),
-                    None => break,
+                    Some(run) => rendered[number].runs.push(run),
+                    None => break 'all,
                 }
             }
-            if !runs.is_empty() {
-                let chooses = estimator.samples_lights();
-                rendered.push(Rendered {
-                    estimator: estimator.name().to_owned(),
-                    selection: if chooses { selection.name() } else { "-" }.to_owned(),
-                    sees_all_light: chooses || !self.scene.features.point_lights,
-                    runs,
-                });
-            }
         }
+        rendered.retain(|r| !r.runs.is_empty());
         Ok(rendered)
     }
 
