@@ -1,8 +1,9 @@
-//! Developer chores: `cargo xtask test`, `cargo xtask sample`, `cargo xtask abi`.
+//! Developer chores: `cargo xtask test`, `cargo xtask sample`, `cargo xtask accuracy`, `cargo xtask abi`.
 
 #[path = "../../crates/rt/src/abi.rs"]
 #[allow(dead_code, reason = "only the generated text is used here")]
 mod abi;
+mod accuracy;
 mod sample;
 mod test;
 
@@ -14,6 +15,8 @@ const HELP: &str = "\
 cargo xtask test [ARGUMENTS]  install or name what the tests need, then run every test
                               (ARGUMENTS go to cargo test)
 cargo xtask sample            rebuild assets/sample from its source
+cargo xtask accuracy          measure precision, hard cases and speed against error, and write
+                              docs/accuracy.md (--device TEXT: the Vulkan device, llvmpipe)
 cargo xtask abi               rewrite shaders/abi.glsl from crates/rt/src/abi.rs";
 
 fn main() -> ExitCode {
@@ -21,6 +24,7 @@ fn main() -> ExitCode {
     let result = match arguments.next().as_deref() {
         Some("test") => test::run(&arguments.collect::<Vec<_>>()),
         Some("sample") => sample::run(),
+        Some("accuracy") => accuracy::run(&arguments.collect::<Vec<_>>()),
         Some("abi") => std::fs::write(root().join("shaders/abi.glsl"), abi::glsl())
             .map_err(|e| Box::<dyn Error>::from(format!("shaders/abi.glsl: {e}"))),
         Some("help" | "--help" | "-h") | None => {

@@ -25,7 +25,7 @@ pub fn run() -> Result<(), Box<dyn Error>> {
 }
 
 /// Writes beside the file and renames, so that nobody ever sees half a file.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let beside = path.with_extension("new");
     fs::write(&beside, bytes).map_err(|e| format!("cannot write {}: {e}", beside.display()))?;
     fs::rename(&beside, path).map_err(|e| format!("cannot replace {}: {e}", path.display()))?;
