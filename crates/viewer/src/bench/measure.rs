@@ -85,8 +85,12 @@ pub fn run(
         if stop() {
             return Ok(None);
         }
-        let quick = (CALL.as_secs_f64() / per_sample.max(1e-9)) as u32;
-        let samples = next.min(quick).clamp(1, done);
+        // Few calls: each costs time that is not spent on samples.
+        let quick = match done {
+            1 => 1,
+            _ => (CALL.as_secs_f64() / per_sample.max(1e-9)) as u32,
+        };
+        let samples = next.min(quick).max(1);
         let start = Instant::now();
         renderer.accumulate(samples)?;
         timed += start.elapsed().as_secs_f64();
