@@ -213,6 +213,27 @@ fn an_independent_reader_finds_the_level_in_gltf() {
             "{lo:?} {hi:?}"
         );
         assert_eq!(document.cameras().count(), 5);
+        // The player's start: 6 degrees to the left of +X, level, 73.74 degrees from top to bottom.
+        let start = document.nodes().find(|n| n.camera().is_some()).unwrap();
+        let matrix = start.transform().matrix();
+        let (sin, cos) = 6.0f32.to_radians().sin_cos();
+        let expected = [[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]];
+        for (column, expected) in matrix.iter().zip(expected) {
+            assert!(
+                (0..3).all(|i| (column[i] - expected[i]).abs() < 1e-6),
+                "{matrix:?}"
+            );
+        }
+        let eye = [55.96875, 46.03125, -40.03125].map(metres);
+        assert!(
+            (0..3).all(|i| (matrix[3][i] - eye[i]).abs() < 1e-5),
+            "{matrix:?}"
+        );
+        let camera = document.cameras().next().unwrap();
+        let gltf::camera::Projection::Perspective(lens) = camera.projection() else {
+            panic!("not a perspective camera")
+        };
+        assert!((lens.yfov().to_degrees() - 73.7398).abs() < 1e-3);
         let lights: Vec<_> = document.lights().unwrap().collect();
         assert_eq!(info["lights_lit"], lights.len());
         assert!(lights.iter().all(|l| l.intensity() > 0.0));
