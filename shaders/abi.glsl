@@ -19,6 +19,12 @@ const uint ESTIMATOR_MIS = 3u;
 const uint SELECTION_POWER = 0u;
 // Selection: every entry of the table alike.
 const uint SELECTION_UNIFORM = 1u;
+// Selection: by the list of the cell a point lies in.
+const uint SELECTION_LEAF = 2u;
+// Flag of a cell node's child: a cell, not a node.
+const uint CELL = 2147483648u;
+// Emitter number of a triangle that is not listed.
+const uint NO_EMITTER = 4294967295u;
 // Escapes that are kept; the rest is only counted.
 const uint ESCAPES_KEPT = 100u;
 // Material flag: emits to both sides.
@@ -76,6 +82,10 @@ layout(buffer_reference) buffer TriangleRef;
 layout(buffer_reference) buffer InstanceRef;
 layout(buffer_reference) buffer MaterialRef;
 layout(buffer_reference) buffer AliasRef;
+layout(buffer_reference) buffer CellNodeRef;
+layout(buffer_reference) buffer CellRef;
+layout(buffer_reference) buffer CellEntryRef;
+layout(buffer_reference) buffer EmitterNumberRef;
 layout(buffer_reference) buffer LightRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
@@ -118,8 +128,10 @@ struct Instance {
     uint opaque_base;
     // Index of the mesh's first alpha-tested triangle.
     uint alpha_base;
+    // Added to a triangle's index, where its emitter number stands.
+    uint emitter_offset;
     // Unused, keeps the size a multiple of 16 bytes.
-    uvec2 padding;
+    uint padding;
 };
 
 // What a surface looks like.
@@ -147,6 +159,40 @@ struct AliasEntry {
     // Probability to keep this entry.
     float keep;
     // The entry to take otherwise.
+    uint other;
+};
+
+// A split of space by a plane.
+struct CellNode {
+    // Unit normal.
+    vec3 normal;
+    // Distance of the plane from the origin.
+    float distance;
+    // Where points in front of the plane go: a node, or a cell with the flag CELL.
+    uint front;
+    // Where the other points go.
+    uint back;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uvec2 padding;
+};
+
+// A cell's part of the lists.
+struct Cell {
+    // First entry.
+    uint begin;
+    // Number of entries.
+    uint count;
+};
+
+// A light in a cell's list, which rises by emitter.
+struct CellEntry {
+    // Number of the emitter.
+    uint emitter;
+    // Probability with which the list chooses it.
+    float probability;
+    // Alias table of the list: probability to keep this entry.
+    float keep;
+    // The entry to take otherwise, counted within the list.
     uint other;
 };
 
@@ -184,6 +230,14 @@ struct SceneData {
     AliasRef alias;
     // Point lights.
     LightRef lights;
+    // Splits of space into cells.
+    CellNodeRef cell_nodes;
+    // Cells.
+    CellRef cells;
+    // Lists of the cells.
+    CellEntryRef cell_entries;
+    // Emitter numbers of hit triangles.
+    EmitterNumberRef emitter_numbers;
     // Number of emissive triangles: entries of the alias table below it are triangles.
     uint emitter_count;
     // Entries of the alias table.
@@ -198,8 +252,8 @@ struct SceneData {
     uint sky_back;
     // Texture of the front layer.
     uint sky_front;
-    // Unused, keeps the size a multiple of 8 bytes.
-    uint padding;
+    // Probability with which the table over all emitters chooses, whatever a cell lists.
+    float cell_fallback;
 };
 
 // Numbers counted by the shaders, as low and high words.
@@ -292,6 +346,26 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ma
 // Alias table over emissive triangles, then point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AliasRef {
     AliasEntry at[];
+};
+
+// Splits of space into cells, the root first.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer CellNodeRef {
+    CellNode at[];
+};
+
+// Cells.
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer CellRef {
+    Cell at[];
+};
+
+// Lists of the cells, one after the other.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer CellEntryRef {
+    CellEntry at[];
+};
+
+// Emitter numbers, by triangle of each instance.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmitterNumberRef {
+    uint at[];
 };
 
 // Point lights.

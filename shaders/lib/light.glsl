@@ -8,17 +8,53 @@ struct LightSample {
     bool hittable;     // whether a ray in this direction would find the light too
 };
 
-// Solid-angle density with which sample_light chooses a point of a triangle with this emission weight
-// and area.
-float pdf_light(float emission_weight, float area, float squared_distance, float cos_light) {
+// The cell a point lies in; its list says which lights matter there.
+uint cell_at(vec3 point) {
+    if (SELECTION != SELECTION_LEAF) return 0u;
+    uint at = 0u;
+    do {
+        const CellNode node = params.scene.at[0].cell_nodes.at[at];
+        at = dot(node.normal, point) > node.distance ? node.front : node.back;
+    } while ((at & CELL) == 0u);
+    return at & ~CELL;
+}
+
+// Probability with which a cell's list chooses an emitter: the list rises by emitter.
+float list_probability(Cell cell, uint emitter) {
+    uint begin = cell.begin, end = cell.begin + cell.count;
+    while (begin < end) {
+        const uint middle = (begin + end) / 2u;
+        const CellEntry entry = params.scene.at[0].cell_entries.at[middle];
+        if (entry.emitter == emitter) return entry.probability;
+        if (entry.emitter < emitter) begin = middle + 1u;
+        else end = middle;
+    }
+    return 0.0;
+}
+
+// Probability with which sample_light chooses an emitter in a cell; `power` is that of the table over
+// all emitters.
+float choice_probability(uint cell_index, uint emitter, float power) {
+    if (SELECTION == SELECTION_UNIFORM) return 1.0 / float(params.scene.at[0].entry_count);
+    if (SELECTION != SELECTION_LEAF) return power;
+    const Cell cell = params.scene.at[0].cells.at[cell_index];
+    if (cell.count == 0u) return power;
+    return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
+}
+
+// Solid-angle density with which sample_light, in a cell, chooses a point of a triangle with this
+// emitter number, emission weight and area.
+float pdf_light(uint cell, uint emitter, float emission_weight, float area, float squared_distance,
+                float cos_light) {
     float pdf_area = emission_weight * params.scene.at[0].inv_total_weight;
-    if (SELECTION == SELECTION_UNIFORM) {
-        pdf_area = emission_weight > 0.0 ? 1.0 / (float(params.scene.at[0].entry_count) * area) : 0.0;
+    if (SELECTION != SELECTION_POWER) {
+        pdf_area = emission_weight > 0.0 && emitter != NO_EMITTER
+            ? choice_probability(cell, emitter, pdf_area * area) / area : 0.0;
     }
     return pdf_area * squared_distance / max(abs(cos_light), 1e-12);
 }
 
-LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
+LightSample sample_emissive_triangle(uint index, uint cell, vec3 from, vec2 u) {
     const Triangle t = params.scene.at[0].emitters.at[index];
     const Material material = params.scene.at[0].materials.at[t.material];
     const vec2 b = sample_triangle(u);
@@ -32,9 +68,9 @@ LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
     const float distance = sqrt(squared);
     s.wi = to_light / distance;
     const float cos_light = -dot(t.normal, s.wi);
-    const float area = SELECTION == SELECTION_UNIFORM
+    const float area = SELECTION != SELECTION_POWER
         ? 0.5 * length(cross(t.p1 - t.p0, t.p2 - t.p0)) : 0.0;
-    s.pdf = pdf_light(material.emission_weight, area, squared, cos_light);
+    s.pdf = pdf_light(cell, index, material.emission_weight, area, squared, cos_light);
     // The light's own surface must not shadow it: stop short by its error bound.
     const float error = position_error(t.p0, t.p1, t.p2, HAS_INSTANCES);
     s.t_max = max(0.0, distance - error / max(abs(cos_light), 1e-3));
@@ -49,7 +85,7 @@ LightSample sample_emissive_triangle(uint index, vec3 from, vec2 u) {
 }
 
 // A sphere, sampled in the cone it subtends. No ray hits it, so its samples stand alone.
-LightSample sample_point_light(uint index, vec3 from, vec2 u) {
+LightSample sample_point_light(uint index, uint cell, vec3 from, vec2 u) {
     const Light light = params.scene.at[0].lights.at[index];
     const vec3 to_centre = light.position - from;
     const float squared = dot(to_centre, to_centre);
@@ -62,9 +98,8 @@ LightSample sample_point_light(uint index, vec3 from, vec2 u) {
     const vec3 axis = to_centre / distance;
     const float cap = one_minus_cos(sin2);
     s.wi = sample_cone(axis, cap, u);
-    const float probability = SELECTION == SELECTION_UNIFORM
-        ? 1.0 / float(params.scene.at[0].entry_count) : light.probability;
-    s.pdf = probability * pdf_cone(cap);
+    const uint emitter = params.scene.at[0].emitter_count + index;
+    s.pdf = choice_probability(cell, emitter, light.probability) * pdf_cone(cap);
     // Distance to the near surface along wi.
     const float along = dot(to_centre, s.wi);
     const vec3 off = to_centre - along * s.wi;
@@ -80,13 +115,37 @@ LightSample sample_point_light(uint index, vec3 from, vec2 u) {
     return s;
 }
 
-// One light: x chooses the entry of the alias table, y keeps it or not, zw the point on it.
-LightSample sample_light(vec3 from, vec4 u) {
+// One emitter by the table over all: x chooses the entry, y keeps it or not.
+uint choose_emitter(vec2 u) {
     const uint count = params.scene.at[0].entry_count;
-    uint entry = min(uint(u.x * float(count)), count - 1u);
+    const uint entry = min(uint(u.x * float(count)), count - 1u);
     const AliasEntry alias = params.scene.at[0].alias.at[entry];
-    if (SELECTION == SELECTION_POWER && u.y >= alias.keep) entry = alias.other;
+    return SELECTION != SELECTION_UNIFORM && u.y >= alias.keep ? alias.other : entry;
+}
+
+// One light as seen from a point in a cell: xy chooses it, zw the point on it.
+LightSample sample_light(uint cell_index, vec3 from, vec4 u) {
+    uint emitter;
+    if (SELECTION == SELECTION_LEAF) {
+        const Cell cell = params.scene.at[0].cells.at[cell_index];
+        const float fallback = cell.count == 0u ? 1.0 : params.scene.at[0].cell_fallback;
+        if (u.x < fallback) {
+            emitter = choose_emitter(vec2(u.x / fallback, u.y));
+        } else {
+            const float x = (u.x - fallback) / (1.0 - fallback);
+            const uint entry = min(uint(x * float(cell.count)), cell.count - 1u);
+            const CellEntry kept = params.scene.at[0].cell_entries.at[cell.begin + entry];
+            emitter = kept.emitter;
+            if (u.y >= kept.keep) {
+                emitter = params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
+            }
+        }
+    } else {
+        emitter = choose_emitter(u.xy);
+    }
     const uint triangles = params.scene.at[0].emitter_count;
-    if (!HAS_POINT_LIGHTS || entry < triangles) return sample_emissive_triangle(entry, from, u.zw);
-    return sample_point_light(entry - triangles, from, u.zw);
+    if (!HAS_POINT_LIGHTS || emitter < triangles) {
+        return sample_emissive_triangle(emitter, cell_index, from, u.zw);
+    }
+    return sample_point_light(emitter - triangles, cell_index, from, u.zw);
 }

@@ -14,6 +14,7 @@ struct Surface {
     uint flags;      // MATERIAL_ flags
     float emission_weight;
     float area;      // of the triangle
+    uint emitter;    // its number among the emitters, if the choice among lights asks for it
     uint face;
 };
 
@@ -95,6 +96,12 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     s.flags = material.flags;
     s.emission_weight = material.emission_weight;
     s.face = t.face;
+    s.emitter = NO_EMITTER;
+    if (SELECTION != SELECTION_POWER && material.emission_weight > 0.0) {
+        const uint offset =
+            params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX].emitter_offset;
+        s.emitter = params.scene.at[0].emitter_numbers.at[offset + triangle_index];
+    }
     const bool sky = (material.flags & MATERIAL_SKY) != 0u;
     s.albedo = sky ? vec3(0.0)
                    : min(srgb_to_linear(fetch(material.base, uv, material.width, material.height).rgb),

@@ -1,6 +1,7 @@
 //! One path: the loop of `docs/transport.md`.
 
 use crate::bvh::Stack;
+use crate::choice::Choice;
 use crate::lights::sample_light;
 use crate::rng::Rng;
 use crate::shading::{
@@ -58,12 +59,17 @@ pub(crate) fn trace_path(
     stack: &mut Stack,
 ) -> PathSample {
     let Settings {
-        estimator, depth, ..
+        estimator,
+        selection,
+        depth,
+        ..
     } = *settings;
     let mut sample = PathSample::default();
     let mut throughput = DVec3::ONE;
     // Density of the ray's direction at the vertex before.
     let mut pdf_direction = 0.0;
+    // How lights were chosen at the vertex before; at the camera they were not.
+    let mut choice = Choice::Uniform(1);
     let mut k = 1_u32;
     loop {
         sample.rays += 1;
@@ -80,8 +86,7 @@ pub(crate) fn trace_path(
                 Estimator::Naive | Estimator::Uniform => 1.0,
                 Estimator::Nee => 0.0,
                 Estimator::Mis => {
-                    let pdf_light =
-                        world.pdf_light(settings.selection, &point, ray.direction, hit.at.t);
+                    let pdf_light = world.pdf_light(&choice, &point, ray.direction, hit.at.t);
                     mis_weight(pdf_direction, pdf_light)
                 }
             };
@@ -104,7 +109,8 @@ pub(crate) fn trace_path(
         }
 
         if estimator.samples_lights() {
-            let light = sample_light(world, settings, &point, albedo, rng, stack);
+            choice = Choice::at(&world.scene, selection, point.spawn_origin());
+            let light = sample_light(world, estimator, &choice, &point, albedo, rng, stack);
             sample.rays += u64::from(light.traced);
             sample.add(k + 1, throughput * light.radiance);
         }

@@ -39,6 +39,7 @@
 #![forbid(unsafe_code)]
 
 mod bvh;
+mod choice;
 mod film;
 mod integrator;
 mod lights;

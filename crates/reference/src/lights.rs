@@ -1,6 +1,7 @@
-//! Light sampling: one emitter by power, one point of it, one shadow ray.
+//! Light sampling: one emitter, one point of it, one shadow ray.
 
 use crate::bvh::Stack;
+use crate::choice::Choice;
 use crate::rng::Rng;
 use crate::shading::{
     eval_diffuse, mis_weight, pdf_area_to_solid_angle, pdf_cosine_hemisphere, pdf_sphere_cone,
@@ -10,7 +11,7 @@ use crate::shading::{
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
-use scene::render::{Estimator, Selection, Settings};
+use scene::render::Estimator;
 
 /// A light sample at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,10 +29,11 @@ struct Candidate {
     end: DVec3,
 }
 
-/// Samples one light as seen from `point`, which reflects with `albedo`.
+/// Samples one light as seen from `point`, which reflects with `albedo`, by the choice there.
 pub(crate) fn sample_light(
     world: &World,
-    settings: &Settings,
+    estimator: Estimator,
+    choice: &Choice<'_>,
     point: &SurfacePoint<'_>,
     albedo: DVec3,
     rng: &mut Rng,
@@ -41,19 +43,14 @@ pub(crate) fn sample_light(
     if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
         return LightSample::default();
     }
-    let entry = match settings.selection {
-        Selection::Power => sample_alias(&emitters.alias, rng.next()),
-        Selection::Uniform => sample_even(emitters.alias.len(), rng.next()),
-    };
+    let entry = choice.sample(rng);
     let u = rng.next2();
     let candidate = match entry.checked_sub(emitters.triangles.len()) {
-        None => sample_emissive_triangle(world, settings, point, entry, u),
+        None => sample_emissive_triangle(world, estimator, choice, point, entry, u),
         Some(light) => {
             let light = &world.scene.lights[light];
-            let pdf_choice = match settings.selection {
-                Selection::Power => f64::from(light.weight()) / f64::from(emitters.total_weight),
-                Selection::Uniform => 1.0 / emitters.alias.len() as f64,
-            };
+            let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
+            let pdf_choice = choice.probability(entry as u32, power);
             sample_point_light(point, light, pdf_choice, u)
         }
     };
@@ -71,27 +68,11 @@ pub(crate) fn sample_light(
     }
 }
 
-/// Chooses one of `count` entries by one number in `0..1`.
-fn sample_even(count: usize, u: f64) -> usize {
-    ((u * count as f64) as usize).min(count - 1)
-}
-
-/// Chooses an entry of an alias table (Walker 1977) by one number in `0..1`.
-fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
-    let scaled = u * table.len() as f64;
-    let entry = (scaled as usize).min(table.len() - 1);
-    let (keep, other) = table[entry];
-    if scaled - (entry as f64) < f64::from(keep) {
-        entry
-    } else {
-        other as usize
-    }
-}
-
 /// Irradiance estimate from a uniform point of an emissive triangle.
 fn sample_emissive_triangle(
     world: &World,
-    settings: &Settings,
+    estimator: Estimator,
+    choice: &Choice<'_>,
     point: &SurfacePoint<'_>,
     index: usize,
     u: [f64; 2],
@@ -110,9 +91,9 @@ fn sample_emissive_triangle(
     if emitted == DVec3::ZERO {
         return None;
     }
-    let pdf_area = world.pdf_light_area(settings.selection, &light);
+    let pdf_area = world.pdf_light_area(choice, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
-    let weight = match settings.estimator {
+    let weight = match estimator {
         Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
         _ => 1.0,
     };

@@ -2,14 +2,15 @@
 
 use crate::Error;
 use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
+use crate::choice::Choice;
 use crate::shading::{
     pdf_area_to_solid_angle, point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index,
     warp,
 };
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
+use scene::cells::{CELL, Cell, CellNode, LightCells};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
-use scene::render::Selection;
 use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
 use std::sync::Arc;
@@ -28,9 +29,14 @@ pub(crate) struct World {
     infos: Vec<TriangleInfo>,
     /// By index into `Emitters::triangles`, the slot.
     emitter_slots: Vec<u32>,
+    /// By slot, the index into `Emitters::triangles`; [`NO_EMITTER`] if it is not listed.
+    emitter_numbers: Vec<u32>,
     /// `srgb_to_linear` of each byte.
     linear: [f64; 256],
 }
+
+/// Emitter number of a triangle that is not listed.
+const NO_EMITTER: u32 = u32::MAX;
 
 /// What a triangle looks like, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +71,8 @@ pub(crate) struct SurfacePoint<'a> {
     pub face: u32,
     /// Area of the triangle, square world units.
     pub area: f64,
+    /// Its number among the emitters.
+    emitter: u32,
 }
 
 impl SurfacePoint<'_> {
@@ -101,14 +109,19 @@ impl World {
         for (slot, &index) in order.iter().enumerate() {
             slots[index as usize] = slot as u32;
         }
-        let emitter_slots = (scene.emitters.triangles.iter())
+        let emitter_slots: Vec<u32> = (scene.emitters.triangles.iter())
             .map(|t| slots[instance_starts[t.instance as usize] + t.triangle as usize])
             .collect();
+        let mut emitter_numbers = vec![NO_EMITTER; count];
+        for (number, &slot) in emitter_slots.iter().enumerate() {
+            emitter_numbers[slot as usize] = number as u32;
+        }
         Ok(Self {
             bvh,
             time,
             infos,
             emitter_slots,
+            emitter_numbers,
             linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
             scene,
         })
@@ -160,6 +173,7 @@ impl World {
             uv: interpolate_uv(&info.uv, weights),
             face: info.face,
             area: (b - a).cross(c - a).length() / 2.0,
+            emitter: self.emitter_numbers[slot as usize],
         }
     }
 
@@ -214,28 +228,27 @@ impl World {
         }
     }
 
-    /// Density per steradian with which light sampling chooses a point that a ray found after
-    /// `distance` in `direction`.
+    /// Density per steradian with which light sampling in `cell` chooses a point that a ray found
+    /// after `distance` in `direction`.
     pub fn pdf_light(
         &self,
-        selection: Selection,
+        choice: &Choice<'_>,
         point: &SurfacePoint<'_>,
         direction: DVec3,
         distance: f64,
     ) -> f64 {
-        let pdf_area = self.pdf_light_area(selection, point);
+        let pdf_area = self.pdf_light_area(choice, point);
         pdf_area_to_solid_angle(pdf_area, distance * distance, point.normal.dot(direction))
     }
 
     /// Density per area with which light sampling chooses a point; 0 where nothing is chosen.
-    pub fn pdf_light_area(&self, selection: Selection, point: &SurfacePoint<'_>) -> f64 {
+    pub fn pdf_light_area(&self, choice: &Choice<'_>, point: &SurfacePoint<'_>) -> f64 {
         let weight = f64::from(point.material.emission_weight);
-        let emitters = &self.scene.emitters;
-        match selection {
-            _ if weight <= 0.0 => 0.0,
-            Selection::Power => weight / f64::from(emitters.total_weight),
-            Selection::Uniform => 1.0 / (emitters.alias.len() as f64 * point.area),
+        if weight <= 0.0 || point.emitter == NO_EMITTER {
+            return 0.0;
         }
+        let power = weight * point.area / f64::from(self.scene.emitters.total_weight);
+        choice.probability(point.emitter, power) / point.area
     }
 
     fn is_hole(&self, hit: &Hit) -> bool {
@@ -394,5 +407,34 @@ fn check(scene: &Scene) -> Result<(), Error> {
                 .iter()
                 .all(|&(_, other)| (other as usize) < entries),
         "the emitters' alias table does not fit the emitters",
+    )?;
+    ensure(
+        cells_fit(scene),
+        "the cells' lists of lights do not fit the scene",
     )
+}
+
+/// Whether every way through the cells ends in a list of emitters that exist.
+fn cells_fit(scene: &Scene) -> bool {
+    let LightCells {
+        nodes,
+        cells,
+        entries,
+    } = &scene.cells;
+    let leads_on = |(i, node): (usize, &CellNode)| {
+        node.children.iter().all(|&child| match child & CELL {
+            0 => (i..nodes.len()).contains(&(child as usize)) && child as usize != i,
+            _ => ((child & !CELL) as usize) < cells.len(),
+        })
+    };
+    let fits = |cell: &Cell| {
+        let list = (cell.begin as usize)
+            .checked_add(cell.count as usize)
+            .and_then(|end| entries.get(cell.begin as usize..end));
+        list.is_some_and(|list| {
+            list.iter()
+                .all(|e| (e.emitter as usize) < scene.emitters.alias.len() && e.other < cell.count)
+        })
+    };
+    nodes.iter().enumerate().all(leads_on) && cells.iter().all(fits)
 }

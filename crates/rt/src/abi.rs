@@ -120,6 +120,12 @@ abi! {
         SELECTION_POWER: uint = 0;
         /// Selection: every entry of the table alike.
         SELECTION_UNIFORM: uint = 1;
+        /// Selection: by the list of the cell a point lies in.
+        SELECTION_LEAF: uint = 2;
+        /// Flag of a cell node's child: a cell, not a node.
+        CELL: uint = 0x8000_0000;
+        /// Emitter number of a triangle that is not listed.
+        NO_EMITTER: uint = 0xffff_ffff;
         /// Escapes that are kept; the rest is only counted.
         ESCAPES_KEPT: uint = 100;
         /// Material flag: emits to both sides.
@@ -182,6 +188,14 @@ abi! {
         MaterialRef => readonly Material, align "16";
         /// Alias table over emissive triangles, then point lights.
         AliasRef => readonly AliasEntry, align "8";
+        /// Splits of space into cells, the root first.
+        CellNodeRef => readonly CellNode, align "16";
+        /// Cells.
+        CellRef => readonly Cell, align "8";
+        /// Lists of the cells, one after the other.
+        CellEntryRef => readonly CellEntry, align "16";
+        /// Emitter numbers, by triangle of each instance.
+        EmitterNumberRef => readonly uint, align "4";
         /// Point lights.
         LightRef => readonly Light, align "16";
         /// The scene (one element).
@@ -231,8 +245,10 @@ abi! {
             opaque_base: uint,
             /// Index of the mesh's first alpha-tested triangle.
             alpha_base: uint,
+            /// Added to a triangle's index, where its emitter number stands.
+            emitter_offset: uint,
             /// Unused, keeps the size a multiple of 16 bytes.
-            padding: uvec2,
+            padding: uint,
         }
         /// What a surface looks like.
         Material {
@@ -258,6 +274,37 @@ abi! {
             /// Probability to keep this entry.
             keep: float,
             /// The entry to take otherwise.
+            other: uint,
+        }
+        /// A split of space by a plane.
+        CellNode {
+            /// Unit normal.
+            normal: vec3,
+            /// Distance of the plane from the origin.
+            distance: float,
+            /// Where points in front of the plane go: a node, or a cell with the flag CELL.
+            front: uint,
+            /// Where the other points go.
+            back: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uvec2,
+        }
+        /// A cell's part of the lists.
+        Cell {
+            /// First entry.
+            begin: uint,
+            /// Number of entries.
+            count: uint,
+        }
+        /// A light in a cell's list, which rises by emitter.
+        CellEntry {
+            /// Number of the emitter.
+            emitter: uint,
+            /// Probability with which the list chooses it.
+            probability: float,
+            /// Alias table of the list: probability to keep this entry.
+            keep: float,
+            /// The entry to take otherwise, counted within the list.
             other: uint,
         }
         /// A point light: an invisible sphere.
@@ -293,6 +340,14 @@ abi! {
             alias: AliasRef,
             /// Point lights.
             lights: LightRef,
+            /// Splits of space into cells.
+            cell_nodes: CellNodeRef,
+            /// Cells.
+            cells: CellRef,
+            /// Lists of the cells.
+            cell_entries: CellEntryRef,
+            /// Emitter numbers of hit triangles.
+            emitter_numbers: EmitterNumberRef,
             /// Number of emissive triangles: entries of the alias table below it are triangles.
             emitter_count: uint,
             /// Entries of the alias table.
@@ -307,8 +362,8 @@ abi! {
             sky_back: uint,
             /// Texture of the front layer.
             sky_front: uint,
-            /// Unused, keeps the size a multiple of 8 bytes.
-            padding: uint,
+            /// Probability with which the table over all emitters chooses, whatever a cell lists.
+            cell_fallback: float,
         }
         /// Numbers counted by the shaders, as low and high words.
         Counters {
@@ -392,6 +447,8 @@ mod tests {
         assert_eq!(size_of::<Instance>(), 64);
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Light>(), 64);
+        assert_eq!(size_of::<CellNode>(), 32);
+        assert_eq!(size_of::<CellEntry>(), 16);
         assert_eq!(size_of::<LoggedRay>(), 32);
         assert_eq!(size_of::<Escape>(), 32);
         assert!(

@@ -21,6 +21,8 @@ pub struct GpuScene {
     pub(crate) textures: Vec<Arc<Image>>,
     pub(crate) features: Features,
     pub(crate) sky: u32,
+    /// Whether there are lists of lights by cell.
+    pub(crate) has_cells: bool,
     /// Longest ray that stays within the scene's bounds.
     pub(crate) bounds: (Vec3, Vec3),
     /// GPU times of building and compacting the bottom-level structures and of the first top level.
@@ -90,10 +92,10 @@ impl GpuScene {
             .map(|l| light(l, inv_total_weight))
             .collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
-        let instances: Vec<_> = scene
-            .instances
-            .iter()
-            .map(|i| {
+        let (emitter_numbers, emitter_starts) = emitter_numbers(scene);
+        let instances: Vec<_> = (scene.instances.iter())
+            .zip(emitter_starts)
+            .map(|(i, emitter_start)| {
                 let (part, mesh) = (&parts[i.mesh], &scene.meshes[i.mesh]);
                 let alpha_base = part.triangle_base + part.first_alpha;
                 // A mesh of alpha-tested triangles alone has them as geometry 0.
@@ -103,7 +105,35 @@ impl GpuScene {
                 } else {
                     part.triangle_base
                 };
-                instance(&i.transform, opaque_base, alpha_base)
+                abi::Instance {
+                    opaque_base,
+                    alpha_base,
+                    emitter_offset: emitter_start.wrapping_sub(part.triangle_base),
+                    ..placement(&i.transform)
+                }
+            })
+            .collect();
+        let cell_nodes: Vec<_> = (scene.cells.nodes.iter())
+            .map(|n| abi::CellNode {
+                normal: n.normal.to_array(),
+                distance: n.distance,
+                front: n.children[0],
+                back: n.children[1],
+                padding: [0; 2],
+            })
+            .collect();
+        let cells: Vec<_> = (scene.cells.cells.iter())
+            .map(|c| abi::Cell {
+                begin: c.begin,
+                count: c.count,
+            })
+            .collect();
+        let cell_entries: Vec<_> = (scene.cells.entries.iter())
+            .map(|e| abi::CellEntry {
+                emitter: e.emitter,
+                probability: e.probability,
+                keep: e.keep,
+                other: e.other,
             })
             .collect();
 
@@ -114,6 +144,16 @@ impl GpuScene {
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
+        let cell_nodes = staging.add(device, "cell nodes", Usage::STORAGE_BUFFER, &cell_nodes)?;
+        let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
+        let cell_entries =
+            staging.add(device, "cell lists", Usage::STORAGE_BUFFER, &cell_entries)?;
+        let emitter_numbers = staging.add(
+            device,
+            "emitter numbers",
+            Usage::STORAGE_BUFFER,
+            &emitter_numbers,
+        )?;
         let instance_buffer =
             staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
         let mut data = abi::SceneData {
@@ -123,6 +163,11 @@ impl GpuScene {
             emitters: emitter_buffer.address(),
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
+            cell_nodes: cell_nodes.address(),
+            cells: cells.address(),
+            cell_entries: cell_entries.address(),
+            emitter_numbers: emitter_numbers.address(),
+            cell_fallback: scene::cells::FALLBACK,
             emitter_count: emitters.len() as u32,
             entry_count: alias.len() as u32,
             inv_total_weight,
@@ -172,6 +217,7 @@ impl GpuScene {
             textures,
             features: scene.features,
             sky,
+            has_cells: !scene.cells.is_empty(),
             bounds: (scene.bounds_min, scene.bounds_max),
             timings,
             blas_bytes: blas.iter().map(|b| b.size()).sum(),
@@ -183,6 +229,10 @@ impl GpuScene {
                 alias_buffer,
                 light_buffer,
                 materials,
+                cell_nodes,
+                cells,
+                cell_entries,
+                emitter_numbers,
                 instance_buffer,
                 scene_buffer,
             ],
@@ -203,7 +253,12 @@ impl GpuScene {
         refit: bool,
     ) -> Result<(), Error> {
         for (record, transform) in self.instances.iter_mut().zip(transforms) {
-            *record = instance(transform, record.opaque_base, record.alpha_base);
+            *record = abi::Instance {
+                opaque_base: record.opaque_base,
+                alpha_base: record.alpha_base,
+                emitter_offset: record.emitter_offset,
+                ..placement(transform)
+            };
         }
         let bytes = bytemuck::cast_slice(&self.instances);
         let device = self.instance_buffer.device().clone();
@@ -304,16 +359,30 @@ fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
     }
 }
 
-fn instance(transform: &Affine3A, opaque_base: u32, alpha_base: u32) -> abi::Instance {
+/// For each triangle of each instance the number of its emitter, and where each instance's begin.
+fn emitter_numbers(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = Vec::with_capacity(scene.instances.len());
+    let mut count = 0;
+    for instance in &scene.instances {
+        starts.push(count as u32);
+        count += scene.meshes[instance.mesh].triangles.len();
+    }
+    let mut numbers = vec![abi::NO_EMITTER; count];
+    for (number, emitter) in scene.emitters.triangles.iter().enumerate() {
+        numbers[(starts[emitter.instance as usize] + emitter.triangle) as usize] = number as u32;
+    }
+    (numbers, starts)
+}
+
+/// An instance's record without the indices of its triangles.
+fn placement(transform: &Affine3A) -> abi::Instance {
     let (m, t) = (transform.matrix3, transform.translation);
     let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];
     abi::Instance {
         row0: row(0),
         row1: row(1),
         row2: row(2),
-        opaque_base,
-        alpha_base,
-        padding: [0; 2],
+        ..abi::Instance::zeroed()
     }
 }
 

@@ -59,7 +59,7 @@ impl Emitters {
 }
 
 /// Vose's alias table over `weights` that sum to `total`.
-fn alias_table(weights: &[f64], total: f64) -> Vec<(f32, u32)> {
+pub(crate) fn alias_table(weights: &[f64], total: f64) -> Vec<(f32, u32)> {
     let n = weights.len();
     let mut scaled: Vec<f64> = weights.iter().map(|w| w * n as f64 / total).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);

@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod cells;
 pub mod emitter;
 pub mod import;
 pub mod light;
@@ -22,6 +23,7 @@ pub mod render;
 pub mod sky;
 
 pub use camera::Camera;
+pub use cells::LightCells;
 pub use emitter::{EmissiveTriangle, Emitters};
 pub use light::PointLight;
 pub use material::{Material, MaterialId, Surface, Texture, TextureId};
@@ -50,6 +52,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Every triangle that emits, with its share of the power.
     pub emitters: Emitters,
+    /// Which lights matter where; may be empty.
+    pub cells: LightCells,
     /// Light entities as small spheres.
     pub lights: Vec<PointLight>,
     /// What sky faces show.

@@ -46,11 +46,14 @@ pub enum Selection {
     Power,
     /// Every emissive triangle and every point light alike.
     Uniform,
+    /// By the lists of [`crate::LightCells`]: what may be seen from where, by power over squared
+    /// distance, and in a tenth of the cases by power. By power where a scene has no lists.
+    Leaf,
 }
 
 impl Selection {
     /// All selections.
-    pub const ALL: [Self; 2] = [Self::Power, Self::Uniform];
+    pub const ALL: [Self; 3] = [Self::Power, Self::Uniform, Self::Leaf];
 
     /// The name on the command line and in files.
     #[must_use]
@@ -58,6 +61,7 @@ impl Selection {
         match self {
             Self::Power => "power",
             Self::Uniform => "uniform",
+            Self::Leaf => "leaf",
         }
     }
 }

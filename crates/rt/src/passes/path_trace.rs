@@ -73,7 +73,8 @@ impl PathTrace {
             u32::from(settings.aovs),
             u32::from(kind == Kind::LogRays),
             match settings.selection {
-                Selection::Power => abi::SELECTION_POWER,
+                Selection::Leaf if scene.has_cells => abi::SELECTION_LEAF,
+                Selection::Power | Selection::Leaf => abi::SELECTION_POWER,
                 Selection::Uniform => abi::SELECTION_UNIFORM,
             },
         ]);

@@ -11,6 +11,7 @@
 //! - Nothing is left out because it can't be seen from somewhere.
 
 mod cameras;
+mod cells;
 mod emitters;
 mod geometry;
 mod items;

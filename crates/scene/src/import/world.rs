@@ -6,11 +6,11 @@ use super::notes::Notes;
 use super::poses::Pose;
 use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
 use super::{Files, ImportError, ImportOptions, LightMode};
-use super::{cameras, emitters, items, lights, poses, seal, trees};
+use super::{cameras, cells, emitters, items, lights, poses, seal, trees};
 use crate::emitter::Emitters;
-use crate::material::{MaterialId, WARP_TILE};
+use crate::material::{MaterialId, Surface, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
-use crate::{Report, Scene};
+use crate::{LightCells, Report, Scene};
 use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -321,13 +321,26 @@ impl<'a> World<'a> {
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
+        let emitters = Emitters::new(triangles, &lights);
+        let cells = if self.shallow {
+            cells::light_cells(bsp, &emitters, &lights, |i| {
+                let t = &emitters.triangles[i];
+                let mesh = &self.meshes[self.instances[t.instance as usize].mesh];
+                let material = mesh.triangles[t.triangle as usize].material;
+                let material = &self.set.materials[material.0 as usize];
+                material.two_sided || material.surface == Surface::Sky
+            })
+        } else {
+            LightCells::default()
+        };
         Ok(Scene {
             name: self.level.name.clone(),
             title: world
                 .and_then(|w| w.get("message"))
                 .map(|m| bsp::entity::unescape(m).trim().to_owned())
                 .unwrap_or_default(),
-            emitters: Emitters::new(triangles, &lights),
+            emitters,
+            cells,
             lights,
             meshes: self.meshes,
             instances: self.instances,

@@ -71,6 +71,8 @@ pub fn level_hash(scene: &Scene) -> String {
     h.text("runelight scene").int(FORMAT.into());
     let Scene {
         name: _,
+        // Only how lights are chosen, not what shines.
+        cells: _,
         title: _,
         meshes,
         instances,

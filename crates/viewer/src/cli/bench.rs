@@ -68,7 +68,7 @@ pub struct Bench {
     #[arg(value_parser = parse_estimators, help_heading = "What is measured")]
     pub estimators: List<Estimator>,
     /// How lights are chosen, separated by commas: power, uniform
-    #[arg(long, value_name = "LIST", default_value = "power,uniform")]
+    #[arg(long, value_name = "LIST", default_value = "power,leaf")]
     #[arg(value_parser = parse_selections, help_heading = "What is measured")]
     pub selections: List<Selection>,
     /// Equal samples: samples per pixel, separated by commas [default: 16,64,256,1024]

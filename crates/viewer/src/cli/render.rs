@@ -97,7 +97,7 @@ pub struct Render {
     #[arg(
         long,
         value_name = "NAME",
-        default_value = "power",
+        default_value = "auto",
         help_heading = "Quality"
     )]
     pub selection: SelectionName,

@@ -156,10 +156,14 @@ impl From<EstimatorName> for Estimator {
 /// `--selection`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SelectionName {
+    /// The best for the scene: leaf where the level has a tree, else power
+    Auto,
     /// Bright and large lights more often
     Power,
     /// Every light alike
     Uniform,
+    /// What may be seen from a place, by power over squared distance; by power for a tenth
+    Leaf,
 }
 
 impl From<SelectionName> for Selection {
@@ -167,6 +171,8 @@ impl From<SelectionName> for Selection {
         match name {
             SelectionName::Power => Self::Power,
             SelectionName::Uniform => Self::Uniform,
+            // Where there are no lists it is by power.
+            SelectionName::Auto | SelectionName::Leaf => Self::Leaf,
         }
     }
 }

@@ -1,0 +1,247 @@
+//! Which lights matter where: a partition of space, and a table of lights for each of its cells.
+//!
+//! The power of a light says nothing of the room one stands in. A cell lists the lights that may be
+//! seen from it, each with its share by power over squared distance. The list is a guess: with
+//! probability [`FALLBACK`] the table over all emitters chooses instead, so a light that is missing in
+//! a list costs noise and never light.
+
+use crate::emitter::{Emitters, alias_table};
+use crate::light::PointLight;
+use glam::Vec3;
+
+/// Probability with which the table over all emitters chooses, whatever the cell's list says.
+pub const FALLBACK: f32 = 0.1;
+
+/// Most lights in a cell's list: the rest is left to the fallback.
+const MOST_PER_CELL: usize = 128;
+
+/// Most entries of all lists together; 16 bytes each.
+const MOST_ENTRIES: usize = 1 << 21;
+
+/// Lights nearer than this count as if they were this far, world units: what is close to a cell is
+/// at very different distances from its points.
+const NEAREST: f32 = 16.0;
+
+/// A split of space by a plane.
+#[derive(Clone, Copy, Debug)]
+pub struct CellNode {
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Distance of the plane from the origin along the normal.
+    pub distance: f32,
+    /// Where points in front of the plane go, and those behind or on it: a later node, or the
+    /// number of a cell with [`CELL`] added.
+    pub children: [u32; 2],
+}
+
+/// Flag of a [`CellNode`]'s child: a cell, not a node.
+pub const CELL: u32 = 1 << 31;
+
+/// A cell's part of [`LightCells::entries`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cell {
+    /// First entry.
+    pub begin: u32,
+    /// Number of entries; without any, the table over all emitters chooses alone.
+    pub count: u32,
+}
+
+/// A light in a cell's list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellEntry {
+    /// Number of the emitter, as in [`Emitters::alias`]. Rises within a list.
+    pub emitter: u32,
+    /// Probability with which the list chooses it.
+    pub probability: f32,
+    /// Alias table of the list: probability to keep this entry.
+    pub keep: f32,
+    /// Alias table of the list: the entry to take otherwise, counted within the list.
+    pub other: u32,
+}
+
+/// The partition with its lists.
+#[derive(Clone, Debug, Default)]
+pub struct LightCells {
+    /// Splits, the first one at the root; children come after their parents. Empty if there is no
+    /// partition.
+    pub nodes: Vec<CellNode>,
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// The lists, one after the other.
+    pub entries: Vec<CellEntry>,
+}
+
+/// What the weight of a light in a cell is made of.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    min: Vec3,
+    max: Vec3,
+    power: f32,
+    /// A point and the normal of a surface that shines to its front alone.
+    front: Option<(Vec3, Vec3)>,
+}
+
+impl LightCells {
+    /// Makes the lists of a partition: `bounds` are the corners of each cell's box and
+    /// `candidates` gives the numbers of the emitters that may be seen from a cell, rising.
+    /// `is_two_sided` says of an emissive triangle, by its number, whether its back shines.
+    #[must_use]
+    pub fn new(
+        nodes: Vec<CellNode>,
+        bounds: &[[Vec3; 2]],
+        emitters: &Emitters,
+        lights: &[PointLight],
+        is_two_sided: impl Fn(usize) -> bool,
+        mut candidates: impl FnMut(usize, &mut Vec<u32>),
+    ) -> Self {
+        let triangles = emitters.triangles.iter().enumerate().map(|(i, t)| Extent {
+            min: t.p0.min(t.p1).min(t.p2),
+            max: t.p0.max(t.p1).max(t.p2),
+            power: t.weight,
+            front: (!is_two_sided(i)).then(|| (t.p0, (t.p1 - t.p0).cross(t.p2 - t.p0))),
+        });
+        let extents: Vec<Extent> = triangles
+            .chain(lights.iter().map(|l| Extent {
+                min: l.position - l.radius,
+                max: l.position + l.radius,
+                power: l.weight(),
+                front: None,
+            }))
+            .collect();
+        let most = (MOST_ENTRIES / bounds.len().max(1)).min(MOST_PER_CELL);
+        let (mut cells, mut entries) = (Vec::with_capacity(bounds.len()), Vec::new());
+        let (mut seen, mut weighed) = (Vec::new(), Vec::new());
+        for (cell, &bounds) in bounds.iter().enumerate() {
+            seen.clear();
+            candidates(cell, &mut seen);
+            weighed.clear();
+            weighed.extend(seen.iter().filter_map(|&emitter| {
+                let weight = weight(&extents[emitter as usize], bounds);
+                (weight > 0.0 && weight.is_finite()).then_some((emitter, weight))
+            }));
+            if weighed.len() > most {
+                weighed.select_nth_unstable_by(most, |a, b| b.1.total_cmp(&a.1));
+                weighed.truncate(most);
+                weighed.sort_unstable_by_key(|&(emitter, _)| emitter);
+            }
+            cells.push(Cell {
+                begin: entries.len() as u32,
+                count: weighed.len() as u32,
+            });
+            push_list(&mut entries, &weighed);
+        }
+        Self {
+            nodes,
+            cells,
+            entries,
+        }
+    }
+
+    /// Whether there is a partition.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+}
+
+/// Share of a light in a cell's list, not normalised: power over squared distance, none for
+/// surfaces that show the whole cell their back.
+fn weight(light: &Extent, [min, max]: [Vec3; 2]) -> f32 {
+    if let Some((point, normal)) = light.front {
+        // The corner of the box farthest along the normal.
+        let corner = Vec3::select(normal.cmpgt(Vec3::ZERO), max, min);
+        if (corner - point).dot(normal) <= 0.0 {
+            return 0.0;
+        }
+    }
+    let apart = (light.min - max).max(min - light.max).max(Vec3::ZERO);
+    let spread = 0.25 * (max - min).length();
+    light.power / (apart.length_squared() + spread * spread + NEAREST * NEAREST)
+}
+
+/// Adds a list of emitters with their weights.
+fn push_list(entries: &mut Vec<CellEntry>, weighed: &[(u32, f32)]) {
+    let weights: Vec<f64> = weighed.iter().map(|&(_, w)| f64::from(w)).collect();
+    let total: f64 = weights.iter().sum();
+    let alias = alias_table(&weights, total);
+    entries.extend(weighed.iter().zip(alias).zip(&weights).map(
+        |((&(emitter, _), (keep, other)), weight)| CellEntry {
+            emitter,
+            probability: (weight / total) as f32,
+            keep,
+            other,
+        },
+    ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emitter::EmissiveTriangle;
+
+    fn lamp(x: f32, weight: f32) -> EmissiveTriangle {
+        // Faces to +x.
+        EmissiveTriangle {
+            instance: 0,
+            triangle: 0,
+            p0: Vec3::new(x, 0.0, 0.0),
+            p1: Vec3::new(x, 8.0, 0.0),
+            p2: Vec3::new(x, 0.0, 8.0),
+            weight,
+        }
+    }
+
+    #[test]
+    fn lists_hold_what_may_be_seen_by_power_and_distance() {
+        let emitters = Emitters::new(
+            vec![lamp(-100.0, 1.0), lamp(-400.0, 1.0), lamp(50.0, 1.0)],
+            &[],
+        );
+        let cells = LightCells::new(
+            vec![],
+            &[[Vec3::ZERO, Vec3::splat(8.0)]; 3],
+            &emitters,
+            &[],
+            |i| i == 5,
+            |cell, out| match cell {
+                0 => out.extend([0, 1, 2]),
+                1 => out.extend([1]),
+                _ => {}
+            },
+        );
+        let list = |i: usize| {
+            let Cell { begin, count } = cells.cells[i];
+            &cells.entries[begin as usize..][..count as usize]
+        };
+        // The third lamp shows its back.
+        let emitters: Vec<u32> = list(0).iter().map(|e| e.emitter).collect();
+        assert_eq!(emitters, [0, 1]);
+        let sum: f32 = list(0).iter().map(|e| e.probability).sum();
+        assert!((sum - 1.0).abs() < 1e-6);
+        let ratio = list(0)[0].probability / list(0)[1].probability;
+        let (near, far) = (100f32.powi(2), 400f32.powi(2));
+        let softened = 256.0 + (0.25 * 192f32.sqrt()).powi(2);
+        assert!(
+            (ratio / ((far + softened) / (near + softened)) - 1.0).abs() < 1e-4,
+            "{ratio}"
+        );
+        assert_eq!((list(1).len(), list(1)[0].probability), (1, 1.0));
+        assert!(list(2).is_empty());
+    }
+
+    #[test]
+    fn long_lists_keep_the_strongest_in_order() {
+        let lamps: Vec<_> = (0..500)
+            .map(|i| lamp(-100.0, (i * 37 % 500) as f32 + 1.0))
+            .collect();
+        let emitters = Emitters::new(lamps, &[]);
+        let bounds = [[Vec3::ZERO, Vec3::ONE]];
+        let all = |_: usize, out: &mut Vec<u32>| out.extend(0..500);
+        let cells = LightCells::new(vec![], &bounds, &emitters, &[], |_| false, all);
+        assert_eq!(cells.entries.len(), MOST_PER_CELL);
+        assert!(cells.entries.is_sorted_by_key(|e| e.emitter));
+        for e in &cells.entries {
+            assert!(emitters.triangles[e.emitter as usize].weight > 500.0 - MOST_PER_CELL as f32);
+        }
+    }
+}
