@@ -8,7 +8,7 @@ use rt::{Gpu, Options, PathTracer, Vulkan, Yardstick};
 use runelight_tests::levels;
 use scene::Scene;
 use scene::import::LightMode;
-use scene::render::{Estimator, Renderer, Settings};
+use scene::render::{Estimator, Renderer, Selection, Settings};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -76,23 +76,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("Image: {width}x{height}, depth {DEPTH}; GPU timestamps, median of {REPEATS}\n");
     acceleration_structures(&gpu, &scene, args.size, import_ms)?;
 
-    println!("| estimator | spp | ms | frames/s | Mpaths/s | Mrays/s | traced alone, ms | ratio |");
-    println!("|---|---|---|---|---|---|---|---|");
-    for estimator in [Estimator::Naive, Estimator::Mis] {
+    println!(
+        "| estimator | choice | spp | ms | frames/s | Mpaths/s | Mrays/s | traced alone, ms | ratio |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let naive = (Estimator::Naive, Selection::Power);
+    let mis = [Selection::Power, Selection::Leaf].map(|s| (Estimator::Mis, s));
+    for how in [naive, mis[0], mis[1]] {
         for spp in [2, 16, 64] {
-            row(&gpu, &scene, &settings(&scene, args.size, estimator), spp)?;
+            row(&gpu, &scene, &settings(&scene, args.size, how), spp)?;
         }
     }
     Ok(())
 }
 
-fn settings(scene: &Scene, [width, height]: [u32; 2], estimator: Estimator) -> Settings {
+fn settings(
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    (estimator, selection): (Estimator, Selection),
+) -> Settings {
     Settings {
         width,
         height,
         camera: scene.cameras[0].clone(),
         estimator,
-        selection: scene::render::Selection::Power,
+        selection,
         depth: DEPTH,
         time: 0.0,
         seed: 0,
@@ -111,7 +119,7 @@ fn acceleration_structures(
     size: [u32; 2],
     import_ms: f64,
 ) -> Result<(), Box<dyn Error>> {
-    let settings = settings(scene, size, Estimator::Naive);
+    let settings = settings(scene, size, (Estimator::Naive, Selection::Power));
     let start = Instant::now();
     let mut tracer = PathTracer::new(gpu, scene, &settings)?;
     let upload_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -183,8 +191,9 @@ fn row(gpu: &Gpu, scene: &Arc<Scene>, settings: &Settings, spp: u32) -> Result<(
         "- | -".into()
     };
     println!(
-        "| {} | {spp} | {ms:.2} | {:.1} | {:.1} | {:.0} | {alone} |",
+        "| {} | {} | {spp} | {ms:.2} | {:.1} | {:.1} | {:.0} | {alone} |",
         settings.estimator.name(),
+        settings.selection.name(),
         1e3 / ms,
         rate(counters.paths),
         rate(counters.rays),

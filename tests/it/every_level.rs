@@ -37,7 +37,7 @@ fn every_level_renders() {
                 height,
                 camera: scene.cameras[0].clone(),
                 estimator: Estimator::Mis,
-                selection: scene::render::Selection::Power,
+                selection: scene::render::Selection::default(),
                 depth: 8,
                 time: 0.0,
                 seed: 0,

@@ -6,7 +6,7 @@ use runelight_tests::levels;
 use runelight_tests::stats::ZTest;
 use scene::Scene;
 use scene::import::LightMode;
-use scene::render::{Estimator, Film};
+use scene::render::{Estimator, Film, Selection};
 use std::sync::Arc;
 
 /// Levels that have sky, liquids, fences, lamps and light entities between them.
@@ -15,6 +15,11 @@ const LEVELS: [&str; 3] = ["start", "lq_e0m1", "lqdm1"];
 /// A picture of 40 x 40 pixels from the level's start.
 fn picture(device: Device, scene: &Arc<Scene>, estimator: Estimator, samples: u32) -> Film {
     let mut view = settings(scene.cameras[0].clone(), 40, estimator, 4);
+    if estimator == Estimator::Nee {
+        // Beside a lamp its samples have no bounded variance. Lists of lights go there more often,
+        // and a z-test of few samples takes the light they have not found for a difference.
+        view.selection = Selection::Power;
+    }
     // Different numbers on the two devices and for each estimator.
     view.seed = 4 * (device as u64) + estimator as u64;
     render(device, scene, &view, samples)

@@ -268,7 +268,7 @@ pub fn settings(camera: Camera, size: u32, estimator: Estimator, depth: u32) -> 
         height: size,
         camera,
         estimator,
-        selection: Selection::Power,
+        selection: Selection::default(),
         depth,
         time: 0.0,
         seed: 1,

@@ -1,7 +1,7 @@
 //! What a case of the gallery is.
 
 use crate::builder;
-use scene::render::{Estimator, Film, Settings};
+use scene::render::{Estimator, Film, Selection, Settings};
 use scene::{Camera, Scene};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -200,7 +200,12 @@ impl Case {
     #[must_use]
     pub fn settings(&self, estimator: Estimator, zoom: u32) -> Settings {
         let size = self.size.saturating_mul(zoom.max(1));
-        builder::settings(self.camera.clone(), size, estimator, self.depth)
+        let mut settings = builder::settings(self.camera.clone(), size, estimator, self.depth);
+        if matches!(self.truth, Truth::Same(_)) {
+            // Lists of lights may differ, and with them the samples.
+            settings.selection = Selection::Power;
+        }
+        settings
     }
 
     /// Paths of one picture at the case's own size and samples.

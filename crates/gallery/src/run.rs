@@ -3,7 +3,7 @@
 use crate::case::{Case, Truth};
 use crate::judge::{Target, Verdict};
 use scene::Scene;
-use scene::render::{Estimator, Film, Settings};
+use scene::render::{Estimator, Film, Selection, Settings};
 use std::sync::Arc;
 
 /// Seed of the judge in double precision: another than the picture's.
@@ -73,6 +73,8 @@ impl Case {
                     // The mean over a picture is the same at any number of pixels.
                     let mut settings = self.settings(Estimator::Mis, 1);
                     settings.seed = JUDGE_SEED;
+                    // Whatever a level's tree says of its lights, the judge does not ask.
+                    settings.selection = Selection::Power;
                     let film = judge(self.scene(), &settings, *samples)?;
                     self.judged.get_or_init(|| film)
                 }

@@ -42,12 +42,12 @@ impl Estimator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Selection {
     /// In proportion to the estimated power, by one alias table over the level.
-    #[default]
     Power,
     /// Every emissive triangle and every point light alike.
     Uniform,
     /// By the lists of [`crate::LightCells`]: what may be seen from where, by power over squared
     /// distance, and in a tenth of the cases by power. By power where a scene has no lists.
+    #[default]
     Leaf,
 }
 

@@ -10,6 +10,7 @@
 
 use crate::job::AnyRenderer;
 use anyhow::Result;
+use rayon::prelude::*;
 use scene::render::{Film, RELMSE_EPSILON};
 
 /// Pixels to each side that a pixel's density looks at.
@@ -19,8 +20,9 @@ const RADIUS: usize = 2;
 /// there is none.
 const EVEN_SHARE: f64 = 0.15;
 
-/// Largest density: a single firefly must not take the whole picture's samples.
-const MAX_DENSITY: f64 = 16.0;
+/// Largest density: a single firefly must not take the whole picture's samples, and a GPU that has a
+/// few long pixels left stands idle beside them.
+const MAX_DENSITY: f64 = 4.0;
 
 /// A renderer whose samples go where the noise is, once `pilot` samples per pixel are taken.
 pub struct Adaptive {
@@ -96,43 +98,49 @@ fn dither(pixel: usize) -> f64 {
 
 /// How many samples each pixel of `pilot` should get, as multiples of the mean.
 fn density(pilot: &Film) -> Vec<f64> {
-    let (width, height) = (pilot.width as usize, pilot.height as usize);
-    let mut density: Vec<f64> = (0..width * height)
-        .map(|pixel| {
-            let (x, y) = (pixel % width, pixel / width);
-            let mut count = 0.0;
-            let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-            for j in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height) {
-                for i in x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width) {
-                    let at = j * width + i;
-                    if at != pixel {
-                        count += 1.0;
-                        for c in 0..3 {
-                            mean[c] += f64::from(pilot.beauty[at][c]);
-                            variance[c] += f64::from(pilot.variance[at][c]);
-                        }
-                    }
-                }
-            }
-            let relative = |c: usize| {
-                let mean = mean[c] / f64::max(count, 1.0);
-                variance[c] / f64::max(count, 1.0) / (mean * mean + RELMSE_EPSILON)
-            };
-            (relative(0) + relative(1) + relative(2)).sqrt()
-        })
+    let width = pilot.width as usize;
+    let mut density: Vec<f64> = (0..pilot.beauty.len())
+        .into_par_iter()
+        .map(|pixel| noise_around(pilot, pixel % width, pixel / width))
         .collect();
-    let scale_to_one = |density: &mut Vec<f64>| {
-        let mean = density.iter().sum::<f64>() / density.len() as f64;
-        density
-            .iter_mut()
-            .for_each(|d| *d = if mean > 0.0 { *d / mean } else { 1.0 });
-    };
     scale_to_one(&mut density);
     for d in &mut density {
         *d = (EVEN_SHARE + (1.0 - EVEN_SHARE) * *d).min(MAX_DENSITY);
     }
     scale_to_one(&mut density);
     density
+}
+
+/// Standard deviation that the neighbours of a pixel have, relative as relMSE counts it.
+fn noise_around(pilot: &Film, x: usize, y: usize) -> f64 {
+    let (width, height) = (pilot.width as usize, pilot.height as usize);
+    let mut count = 0.0;
+    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+    for j in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height) {
+        for i in x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width) {
+            if (i, j) != (x, y) {
+                let at = j * width + i;
+                count += 1.0;
+                for c in 0..3 {
+                    mean[c] += f64::from(pilot.beauty[at][c]);
+                    variance[c] += f64::from(pilot.variance[at][c]);
+                }
+            }
+        }
+    }
+    let count = f64::max(count, 1.0);
+    let relative = |c: usize| {
+        let mean = mean[c] / count;
+        variance[c] / count / (mean * mean + RELMSE_EPSILON)
+    };
+    (relative(0) + relative(1) + relative(2)).sqrt()
+}
+
+/// Scales numbers to a mean of 1; all 0 become all 1.
+fn scale_to_one(numbers: &mut [f64]) {
+    let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
+    let scaled = |n: f64| if mean > 0.0 { n / mean } else { 1.0 };
+    numbers.iter_mut().for_each(|n| *n = scaled(*n));
 }
 
 #[cfg(test)]

@@ -275,6 +275,20 @@ fn visibility() -> Vec<Case> {
         .by(&[Mis])
         .facts(is_sealed)
     };
+    // The same by the lists of lights that are made from the rows, in the lamp's own room.
+    let lit = |name, tests, spoil: fn(&mut Vec<u8>)| {
+        let view = camera(Vec3::new(600.0, 100.0, 60.0), 5.0, 60.0, 100.0);
+        Case::new(name, tests, Truth::Judge(4096), view, move || {
+            let mut lumps = Lumps::of(&suite());
+            spoil(lumps.visibility());
+            import_bytes(lumps.bytes(), LightMode::Textures)
+        })
+        .samples(8, 256)
+        .depth(3)
+        .by(&[Mis])
+        .interval(0.05)
+        .facts(is_sealed)
+    };
     vec![
         same("no PVS", "A level without visibility rows.", Vec::clear),
         same(
@@ -286,6 +300,16 @@ fn visibility() -> Vec<Case> {
             "PVS turned over",
             "Visibility rows by which only what is hidden is seen.",
             |rows| rows.iter_mut().for_each(|b| *b = !*b),
+        ),
+        lit(
+            "lists, no PVS",
+            "Lists of lights without visibility rows.",
+            Vec::clear,
+        ),
+        lit(
+            "lists, PVS of zeros",
+            "Lists of lights that lack the lamp overhead.",
+            |rows| rows.fill(0),
         ),
     ]
 }

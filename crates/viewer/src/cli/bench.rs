@@ -67,7 +67,7 @@ pub struct Bench {
     #[arg(long, value_name = "LIST", default_value = "naive,uniform,nee,mis")]
     #[arg(value_parser = parse_estimators, help_heading = "What is measured")]
     pub estimators: List<Estimator>,
-    /// How lights are chosen, separated by commas: power, uniform
+    /// How lights are chosen, separated by commas: power, uniform, leaf
     #[arg(long, value_name = "LIST", default_value = "power,leaf")]
     #[arg(value_parser = parse_selections, help_heading = "What is measured")]
     pub selections: List<Selection>,

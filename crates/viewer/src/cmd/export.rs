@@ -25,7 +25,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         height: args.view.size.1,
         camera: args.view.camera_of(&scene)?,
         estimator: Estimator::Mis,
-        selection: Selection::Power,
+        selection: Selection::default(),
         depth: args.depth,
         time: args.scene.at as f32,
         seed: args.seed.into(),
