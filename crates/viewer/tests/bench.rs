@@ -176,7 +176,7 @@ fn a_bench_writes_tables_and_plots_and_keeps_its_reference() {
     assert_eq!(code, 0, "{err}");
     for words in [
         "speed-up",
-        "mis uniform",
+        "mis leaf",
         "unbiased within noise",
         "escaped/1e9",
     ] {

@@ -5,10 +5,11 @@
 //!
 //! **Does the error fall as 1/N?** With the reference's own error subtracted, the expectation of
 //! relMSE is `variance / N + bias^2`, so relMSE times N is constant without bias and grows with
-//! it. The regression of relMSE times N over log N is taken for every repeat; its slopes are
-//! independent and have the expectation 0, whatever the budgets of a repeat share, and Student's
-//! test over the repeats decides. (The slope of log relMSE over log N is told as well. It is not
-//! decided by: a logarithm of a noisy number is biased itself.)
+//! it. The regression of relMSE times N over log N is taken for every repeat, over the budgets whose
+//! error is at least the reference's own; its slopes are independent and have the expectation 0,
+//! whatever the budgets of a repeat share, and Student's test over the repeats decides. (The slope
+//! of log relMSE over log N is told as well. It is not decided by: a logarithm of a noisy number is
+//! biased itself.)
 //!
 //! **Does the mean differ?** Over all repeats at the largest number of samples, the mean radiance
 //! of the picture by channel, and that of 8x8 tiles, against the reference's, in standard errors
@@ -222,9 +223,17 @@ fn fall(samples: &[f64], runs: &[Vec<f64>], reference_error: f64) -> Fall {
 #[must_use]
 pub fn test(reference: &Reference, pooled: &Pooled, samples: &[f64], runs: &[Vec<f64>]) -> Bias {
     let means = compare_means(reference, pooled);
-    let falls = samples.len() >= 3 && runs.len() >= 2;
-    let fall = if falls {
-        fall(samples, runs, reference.relmse_error())
+    // An error smaller than the reference's own is a small difference of large numbers: no line is
+    // drawn through it.
+    let own = reference.relmse();
+    let is_known = |budget: &usize| {
+        let sum: f64 = runs.iter().map(|run| run[*budget]).sum();
+        sum >= own * runs.len() as f64
+    };
+    let known = (0..samples.len()).take_while(is_known).count();
+    let fall = if known >= 3 && runs.len() >= 2 {
+        let runs: Vec<Vec<f64>> = runs.iter().map(|run| run[..known].to_vec()).collect();
+        fall(&samples[..known], &runs, reference.relmse_error())
     } else {
         Fall {
             slope: Estimate::NONE,
