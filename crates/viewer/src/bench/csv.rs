@@ -1,19 +1,8 @@
 //! `bench.csv`: a line for every point.
 
+use super::evaluate::TOLD;
 use super::result::{Bench, Budget};
 use super::stats::Estimate;
-
-/// The metrics with columns of their own.
-const METRICS: [&str; 8] = [
-    "mse",
-    "rmse",
-    "relmse",
-    "mape",
-    "smape",
-    "flip",
-    "mean_ratio",
-    "max_abs",
-];
 
 /// The file: comma-separated, a head line, one line a point. What is not known is empty.
 #[must_use]
@@ -45,7 +34,7 @@ pub fn text(bench: &Bench) -> String {
     let mut estimates: Vec<String> = ["seconds", "mpaths_per_s", "mrays_per_s"]
         .map(str::to_owned)
         .to_vec();
-    estimates.extend(METRICS.map(str::to_owned));
+    estimates.extend(TOLD.map(str::to_owned));
     estimates.extend(["mse", "rmse", "relmse"].map(|m| format!("{m}_corrected")));
     estimates.extend(["efficiency", "speedup"].map(str::to_owned));
     for name in &estimates {
@@ -90,7 +79,7 @@ pub fn text(bench: &Bench) -> String {
                 let of = |map: &std::collections::BTreeMap<String, Estimate>, name: &str| {
                     map.get(name).copied().unwrap_or(Estimate::NONE)
                 };
-                for name in METRICS {
+                for name in TOLD {
                     add(of(&point.metrics, name));
                 }
                 for name in ["mse", "rmse", "relmse"] {

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 /// The metrics of `compare` that are told.
-const TOLD: [&str; 8] = [
+pub(super) const TOLD: [&str; 8] = [
     "mse",
     "rmse",
     "relmse",
