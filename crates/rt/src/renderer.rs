@@ -179,6 +179,7 @@ impl PathTracer {
         samples: Samples,
     ) -> Result<Vec<Timing>, Error> {
         let mut recording = Recording::begin(&self.device)?;
+        let taken = samples.mean();
         let frame = Frame {
             moved,
             settings: &self.settings,
@@ -192,6 +193,7 @@ impl PathTracer {
             &frame,
         )?;
         let timings = recording.submit_and_wait()?;
+        self.samples += taken;
         self.trace_ms += (timings.iter().filter(|t| t.name == "path trace"))
             .map(|t| t.milliseconds)
             .sum::<f64>();
@@ -232,13 +234,14 @@ impl Renderer for PathTracer {
         while left > 0 {
             let now = left.min(self.samples_that_fit());
             self.submit(None, Samples::Even(now))?;
-            self.samples += f64::from(now);
             left -= now;
         }
         Ok(())
     }
 
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<(), Error> {
+        let pixels = self.settings.width as usize * self.settings.height as usize;
+        assert_eq!(samples.len(), pixels, "a number for each pixel");
         let mut left = samples.to_vec();
         while left.iter().any(|&n| n > 0) {
             let fits = self.samples_that_fit();
@@ -246,9 +249,9 @@ impl Renderer for PathTracer {
             let bytes = bytemuck::cast_slice(&now);
             let usage = Usage::STORAGE_BUFFER;
             let schedule = Buffer::with_data(&self.device, "samples per pixel", usage, bytes)?;
-            self.submit(None, Samples::PerPixel(schedule))?;
             let taken: f64 = now.iter().map(|&n| f64::from(n)).sum();
-            self.samples += taken / now.len() as f64;
+            let mean = taken / now.len() as f64;
+            self.submit(None, Samples::PerPixel(schedule, mean))?;
             left.iter_mut()
                 .zip(now)
                 .for_each(|(left, now)| *left -= now);

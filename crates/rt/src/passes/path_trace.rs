@@ -25,8 +25,18 @@ pub(crate) struct RayLog {
 pub(crate) enum Samples {
     /// As many to every pixel.
     Even(u32),
-    /// To each pixel as many as its `u32` in the buffer says.
-    PerPixel(Arc<Buffer>),
+    /// To each pixel as many as its `u32` in the buffer says, and how many that is on average.
+    PerPixel(Arc<Buffer>, f64),
+}
+
+impl Samples {
+    /// Samples per pixel, on average.
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Even(count) => f64::from(*count),
+            Self::PerPixel(_, mean) => *mean,
+        }
+    }
 }
 
 /// The pipeline for one scene and one kind of settings, with the descriptors of the scene.
@@ -114,7 +124,7 @@ impl PathTrace {
         let (sample_count, schedule) = match samples {
             Samples::Even(0) => return Ok(()),
             Samples::Even(count) => (*count, 0),
-            Samples::PerPixel(schedule) => {
+            Samples::PerPixel(schedule, _) => {
                 recording.keep(schedule.clone());
                 (0, schedule.address())
             }
