@@ -4,7 +4,7 @@ use super::LightMode;
 use crate::emitter::EmissiveTriangle;
 use crate::light::PointLight;
 use crate::material::Material;
-use crate::mesh::{Instance, Mesh};
+use crate::mesh::{Instance, Mesh, distance_to_triangle};
 use glam::Vec3;
 
 /// A light entity within this distance (world units) of bright surfaces stands for them.
@@ -93,24 +93,6 @@ fn is_near(t: &EmissiveTriangle, p: Vec3) -> bool {
     let hi = t.p0.max(t.p1).max(t.p2) + LAMP_REACH;
     p.cmpge(lo).all()
         && p.cmple(hi).all()
-        && closest_on_triangle(p, [t.p0, t.p1, t.p2]).distance_squared(p) <= LAMP_REACH * LAMP_REACH
-}
-
-/// The point of a triangle nearest to `p`: the projection if it falls inside, else the nearest
-/// point of the three sides.
-fn closest_on_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
-    let normal = (b - a).cross(c - a);
-    let inside = |u: Vec3, v: Vec3| normal.dot((v - u).cross(p - u)) >= 0.0;
-    if normal.length_squared() > 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
-        return p - normal * (normal.dot(p - a) / normal.length_squared());
-    }
-    let on_side = |u: Vec3, v: Vec3| {
-        let side = v - u;
-        let t = (p - u).dot(side) / side.length_squared().max(f32::MIN_POSITIVE);
-        u + side * t.clamp(0.0, 1.0)
-    };
-    [on_side(a, b), on_side(b, c), on_side(c, a)]
-        .into_iter()
-        .min_by(|x, y| x.distance_squared(p).total_cmp(&y.distance_squared(p)))
-        .unwrap_or(a)
+        && distance_to_triangle([t.p0, t.p1, t.p2].map(|q| q.as_dvec3() - p.as_dvec3()))
+            <= f64::from(LAMP_REACH)
 }

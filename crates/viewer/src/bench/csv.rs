@@ -34,7 +34,7 @@ pub fn text(bench: &Bench) -> String {
     let mut estimates: Vec<String> = ["seconds", "mpaths_per_s", "mrays_per_s"]
         .map(str::to_owned)
         .to_vec();
-    estimates.extend(TOLD.map(str::to_owned));
+    estimates.extend(TOLD.iter().map(ToString::to_string));
     estimates.extend(["mse", "rmse", "relmse"].map(|m| format!("{m}_corrected")));
     estimates.extend(["efficiency", "speedup"].map(str::to_owned));
     for name in &estimates {
@@ -79,7 +79,7 @@ pub fn text(bench: &Bench) -> String {
                 let of = |map: &std::collections::BTreeMap<String, Estimate>, name: &str| {
                     map.get(name).copied().unwrap_or(Estimate::NONE)
                 };
-                for name in TOLD {
+                for &name in TOLD {
                     add(of(&point.metrics, name));
                 }
                 for name in ["mse", "rmse", "relmse"] {

@@ -5,23 +5,14 @@ use super::measure::Snapshot;
 use super::reference::Reference;
 use super::result::{Budget, Curve, Point, Speedup};
 use super::stats::{Estimate, mean_and_error, t_quantile};
-use crate::metrics::{self, Metrics};
+use crate::metrics::{self, Metrics, NAMES};
 use crate::picture::Picture;
 use anyhow::{Result, anyhow};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-/// The metrics of `compare` that are told.
-pub(super) const TOLD: [&str; 8] = [
-    "mse",
-    "rmse",
-    "relmse",
-    "mape",
-    "smape",
-    "flip",
-    "mean_ratio",
-    "max_abs",
-];
+/// The metrics of `compare` that are told: all but the counts at the end.
+pub(super) const TOLD: &[&str] = NAMES.split_at(8).0;
 
 /// What was rendered for a curve: `runs[repeat][budget]`.
 #[derive(Clone, Debug)]
@@ -140,7 +131,7 @@ fn point(reference: &Reference, shots: &[&Snapshot], metrics: &[&Metrics]) -> Po
         Estimate::of_positive_runs(&of(&|s| count(s) as f64 / s.seconds.max(1e-9) / 1e6))
     };
     let mut told = BTreeMap::new();
-    for name in TOLD {
+    for &name in TOLD {
         let runs: Vec<f64> = metrics.iter().map(|m| value_of(m, name)).collect();
         let estimate = match metrics {
             [only] => over_pixels(only, name),

@@ -8,7 +8,7 @@ use crate::tonemap::{Tonemap, display};
 use flip::PIXELS_PER_DEGREE;
 
 /// Added to denominators, so that black pixels do not decide a relative error.
-pub const EPSILON: f64 = 1e-2;
+pub const EPSILON: f64 = scene::render::RELMSE_EPSILON;
 
 /// Errors of an image against a reference, over linear radiance.
 ///
