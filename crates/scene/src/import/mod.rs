@@ -67,6 +67,9 @@ pub struct ImportOptions {
     pub emission_scale: f32,
     /// Which lamps shine.
     pub lights: LightMode,
+    /// Whether lists of lights by leaf are made ([`Scene::cells`]): a tenth of a second in large
+    /// levels, and wanted only by `Selection::Leaf`.
+    pub light_lists: bool,
     /// Whether the gates of finished episodes are shown (`func_episodegate`).
     pub show_episode_gates: bool,
     /// Whether the gate to the last boss is shown (`func_bossgate`).
@@ -84,6 +87,7 @@ impl Default for ImportOptions {
             threshold: 0.5,
             emission_scale: 4.0,
             lights: LightMode::Auto,
+            light_lists: true,
             show_episode_gates: false,
             show_boss_gate: true,
             skill: 1,

@@ -322,7 +322,7 @@ impl<'a> World<'a> {
             .chain(self.notes.into_sentences())
             .collect();
         let emitters = Emitters::new(triangles, &lights);
-        let cells = if self.shallow {
+        let cells = if self.shallow && self.options.light_lists {
             cells::light_cells(bsp, &emitters, &lights, |i| {
                 let t = &emitters.triangles[i];
                 let mesh = &self.meshes[self.instances[t.instance as usize].mesh];

@@ -6,6 +6,7 @@ use crate::export::{self, Exported, Job};
 use crate::level::Source;
 use crate::{Outcome, interrupt};
 use anyhow::Result;
+use scene::import::ImportOptions;
 use scene::render::{Estimator, Selection, Settings};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -19,7 +20,11 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
     let source = Source::new(args.level.as_deref(), &context.global)?;
     let target = (args.output.clone())
         .unwrap_or_else(|| format!("{}-{}", source.name(), args.format.name()).into());
-    let scene = source.load()?.import(&args.scene.import_options())?;
+    let options = ImportOptions {
+        light_lists: false,
+        ..args.scene.import_options()
+    };
+    let scene = source.load()?.import(&options)?;
     let settings = Settings {
         width: args.view.size.0,
         height: args.view.size.1,

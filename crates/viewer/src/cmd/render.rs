@@ -13,7 +13,8 @@ use crate::progress::Progress;
 use crate::{Outcome, Usage};
 use anyhow::Result;
 use scene::Scene;
-use scene::render::{Film, Settings};
+use scene::import::ImportOptions;
+use scene::render::{Estimator, Film, Selection, Settings};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -31,7 +32,12 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let source = Source::new(args.level.as_deref(), &context.global)?;
     let outputs = Outputs::open(&output_paths(args, &source.name()))?;
     let device = Device::choose(&context.global.device)?;
-    let scene = Arc::new(source.load()?.import(&args.scene.import_options())?);
+    let options = ImportOptions {
+        light_lists: Estimator::from(args.estimator).samples_lights()
+            && Selection::from(args.selection) == Selection::Leaf,
+        ..args.scene.import_options()
+    };
+    let scene = Arc::new(source.load()?.import(&options)?);
     warn_of_oddities(&scene);
     let settings = settings(args, &scene)?;
     warn_of_unseen_lights(&scene, &settings);

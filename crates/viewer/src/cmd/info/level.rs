@@ -12,6 +12,7 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
     let loaded = source.load()?;
     let options = ImportOptions {
         threshold: args.threshold as f32,
+        light_lists: false,
         ..ImportOptions::default()
     };
     let scene = loaded.import(&options)?;
