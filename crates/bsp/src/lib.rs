@@ -24,6 +24,7 @@ pub mod lmp;
 pub mod mdl;
 pub mod miptex;
 pub mod pak;
+pub mod picture;
 mod reader;
 pub mod search;
 mod sniff;
