@@ -23,8 +23,10 @@ const uint SELECTION_UNIFORM = 1u;
 const uint SELECTION_LEAF = 2u;
 // Flag of a cell node's child: a cell, not a node.
 const uint CELL = 2147483648u;
-// Emitter number of a triangle that is not listed.
+// Number of the emitter or source where there is none.
 const uint NO_EMITTER = 4294967295u;
+// Map of an emitter that is a part of a triangle.
+const uint NO_MAP = 4294967295u;
 // Escapes that are kept; the rest is only counted.
 const uint ESCAPES_KEPT = 100u;
 // Material flag: emits to both sides.
@@ -81,11 +83,14 @@ const uint RAY_SHADOW = 2u;
 layout(buffer_reference) buffer TriangleRef;
 layout(buffer_reference) buffer InstanceRef;
 layout(buffer_reference) buffer MaterialRef;
+layout(buffer_reference) buffer EmitterRef;
+layout(buffer_reference) buffer SourceRef;
+layout(buffer_reference) buffer EmissionMapRef;
 layout(buffer_reference) buffer AliasRef;
 layout(buffer_reference) buffer CellNodeRef;
 layout(buffer_reference) buffer CellRef;
 layout(buffer_reference) buffer CellEntryRef;
-layout(buffer_reference) buffer EmitterNumberRef;
+layout(buffer_reference) buffer NumberRef;
 layout(buffer_reference) buffer LightRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
@@ -96,7 +101,7 @@ layout(buffer_reference) buffer RayRef;
 
 // One triangle with all that shading needs.
 struct Triangle {
-    // Corner, local space (world space for emitters).
+    // Corner, local space (world space for those that emit).
     vec3 p0;
     // Material index.
     uint material;
@@ -128,8 +133,8 @@ struct Instance {
     uint opaque_base;
     // Index of the mesh's first alpha-tested triangle.
     uint alpha_base;
-    // Added to a triangle's index, where its emitter number stands.
-    uint emitter_offset;
+    // Added to a triangle's index, where its number among the sources stands.
+    uint source_offset;
     // Unused, keeps the size a multiple of 16 bytes.
     uint padding;
 };
@@ -142,7 +147,7 @@ struct Material {
     uint emission;
     // Radiance of a white emission texel.
     float emission_scale;
-    // Light sampling density per area before normalisation.
+    // Mean luminance of the emitted radiance; 0 if nothing is chosen as a light.
     float emission_weight;
     // MATERIAL_ flags.
     uint flags;
@@ -152,6 +157,50 @@ struct Material {
     uint height;
     // Unused, keeps the size a multiple of 16 bytes.
     uint padding;
+};
+
+// Texels of a face, or a part of a triangle, that can be chosen as a light.
+struct Emitter {
+    // First of the sources it lies on.
+    uint first_source;
+    // How many.
+    uint sources;
+    // Its map, or NO_MAP for a part of a triangle.
+    uint map;
+    // Probability with which the alias table chooses it.
+    float probability;
+    // Texels x0 | y0 << 16, x1 | y1 << 16; of a part, divisions and 1 for an upper half.
+    uvec2 rectangle;
+    // Texture coordinates of its tile; of a part, column and row.
+    vec2 origin;
+};
+
+// How the emitters of a triangle are numbered.
+struct Source {
+    // Its map, or NO_MAP for parts.
+    uint map;
+    // Where its numbers begin; of parts, the first emitter.
+    uint first;
+    // First tile.
+    vec2 first_tile;
+    // Tiles along each axis; of parts, divisions.
+    uvec2 tiles;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uvec2 padding;
+};
+
+// The emitting texels of a texture.
+struct EmissionMap {
+    // Where its sums begin among the texel tables.
+    uint sums;
+    // Where its labels begin.
+    uint labels;
+    // Rectangles.
+    uint rectangles;
+    // Texels across.
+    uint width;
+    // Texels down.
+    uint height;
 };
 
 // One entry of the alias table.
@@ -224,8 +273,20 @@ struct SceneData {
     InstanceRef instances;
     // Materials.
     MaterialRef materials;
-    // Emissive triangles, world space.
-    TriangleRef emitters;
+    // Emitters.
+    EmitterRef emitters;
+    // Triangles they lie on.
+    SourceRef sources;
+    // The same triangles, world space.
+    TriangleRef source_triangles;
+    // Emission textures.
+    EmissionMapRef maps;
+    // Sums and labels of their texels.
+    NumberRef texel_tables;
+    // Emitter numbers by place.
+    NumberRef emitter_numbers;
+    // Source numbers by triangle of each instance.
+    NumberRef source_numbers;
     // Alias table.
     AliasRef alias;
     // Point lights.
@@ -236,14 +297,10 @@ struct SceneData {
     CellRef cells;
     // Lists of the cells.
     CellEntryRef cell_entries;
-    // Emitter numbers of hit triangles.
-    EmitterNumberRef emitter_numbers;
-    // Number of emissive triangles: entries of the alias table below it are triangles.
+    // Number of emitters: entries of the alias table below it are emitters.
     uint emitter_count;
     // Entries of the alias table.
     uint entry_count;
-    // Turns a material's emission weight into a density per unit area.
-    float inv_total_weight;
     // Radiance of a white sky texel.
     float sky_scale;
     // Radiance of a flat sky.
@@ -254,6 +311,8 @@ struct SceneData {
     uint sky_front;
     // Probability with which the table over all emitters chooses, whatever a cell lists.
     float cell_fallback;
+    // Unused, keeps the size a multiple of 8 bytes.
+    uint padding;
 };
 
 // Numbers counted by the shaders, as low and high words.
@@ -328,7 +387,7 @@ struct PathTraceParams {
     uint padding;
 };
 
-// Triangles of all meshes, or emissive triangles in world space.
+// Triangles of all meshes, or those that emit in world space.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleRef {
     Triangle at[];
 };
@@ -343,7 +402,22 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ma
     Material at[];
 };
 
-// Alias table over emissive triangles, then point lights.
+// Emitters.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer EmitterRef {
+    Emitter at[];
+};
+
+// Triangles that emit.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SourceRef {
+    Source at[];
+};
+
+// Emission textures.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmissionMapRef {
+    EmissionMap at[];
+};
+
+// Alias table over emitters, then point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AliasRef {
     AliasEntry at[];
 };
@@ -363,8 +437,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ce
     CellEntry at[];
 };
 
-// Emitter numbers, by triangle of each instance.
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmitterNumberRef {
+// Numbers of emitters or sources, sums and labels of texels.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NumberRef {
     uint at[];
 };
 

@@ -1,4 +1,5 @@
-// Choosing a light and a point on it. Needs bindings.glsl, sampling.glsl, surface.glsl, sky.glsl.
+// Choosing a light and a point on it. Needs bindings.glsl, sampling.glsl, surface.glsl, emitter.glsl,
+// sky.glsl.
 
 struct LightSample {
     vec3 wi;           // unit direction to the light
@@ -42,35 +43,35 @@ float choice_probability(uint cell_index, uint emitter, float power) {
     return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
 }
 
-// Solid-angle density with which sample_light, in a cell, chooses a point of a triangle with this
-// emitter number, emission weight and area.
-float pdf_light(uint cell, uint emitter, float emission_weight, float area, float squared_distance,
-                float cos_light) {
-    float pdf_area = emission_weight * params.scene.at[0].inv_total_weight;
-    if (SELECTION != SELECTION_POWER) {
-        pdf_area = emission_weight > 0.0 && emitter != NO_EMITTER
-            ? choice_probability(cell, emitter, pdf_area * area) / area : 0.0;
-    }
-    return pdf_area * squared_distance / max(abs(cos_light), 1e-12);
+// Solid-angle density with which sample_light, in a cell, chooses a point of a surface seen from a
+// distance.
+float pdf_light(uint cell, Surface s, float squared_distance, float cos_light) {
+    const EmitterPoint point = emitter_at(s);
+    if (point.number == NO_EMITTER) return 0.0;
+    const float power = params.scene.at[0].emitters.at[point.number].probability;
+    return choice_probability(cell, point.number, power) * point.pdf_area
+        * squared_distance / max(abs(cos_light), 1e-12);
 }
 
-LightSample sample_emissive_triangle(uint index, uint cell, vec3 from, vec2 u) {
-    const Triangle t = params.scene.at[0].emitters.at[index];
-    const Material material = params.scene.at[0].materials.at[t.material];
-    const vec2 b = sample_triangle(u);
-    // Differences to the shaded point first: the direction keeps its digits at a distance.
-    const vec3 to_light = (t.p0 - from) * (1.0 - b.x - b.y) + (t.p1 - from) * b.x + (t.p2 - from) * b.y;
-    const float squared = dot(to_light, to_light);
+LightSample sample_emitter(uint number, uint cell, vec3 from, vec2 u) {
+    const Emitter emitter = params.scene.at[0].emitters.at[number];
     LightSample s;
     s.emission = vec3(0.0);
     s.hittable = true;
+    Triangle t;
+    vec2 b;
+    const float pdf_area = sample_emitter_point(emitter, u, t, b);
+    if (!(pdf_area > 0.0)) return s;
+    const Material material = params.scene.at[0].materials.at[t.material];
+    // Differences to the shaded point first: the direction keeps its digits at a distance.
+    const vec3 to_light = (t.p0 - from) * (1.0 - b.x - b.y) + (t.p1 - from) * b.x + (t.p2 - from) * b.y;
+    const float squared = dot(to_light, to_light);
     if (!(squared > 0.0)) return s;
     const float distance = sqrt(squared);
     s.wi = to_light / distance;
     const float cos_light = -dot(t.normal, s.wi);
-    const float area = SELECTION != SELECTION_POWER
-        ? 0.5 * length(cross(t.p1 - t.p0, t.p2 - t.p0)) : 0.0;
-    s.pdf = pdf_light(cell, index, material.emission_weight, area, squared, cos_light);
+    s.pdf = choice_probability(cell, number, emitter.probability) * pdf_area * squared
+        / max(abs(cos_light), 1e-12);
     // The light's own surface must not shadow it: stop short by its error bound.
     const float error = position_error(t.p0, t.p1, t.p2, HAS_INSTANCES);
     s.t_max = max(0.0, distance - error / max(abs(cos_light), 1e-3));
@@ -143,9 +144,9 @@ LightSample sample_light(uint cell_index, vec3 from, vec4 u) {
     } else {
         emitter = choose_emitter(u.xy);
     }
-    const uint triangles = params.scene.at[0].emitter_count;
-    if (!HAS_POINT_LIGHTS || emitter < triangles) {
-        return sample_emissive_triangle(emitter, cell_index, from, u.zw);
+    const uint emitters = params.scene.at[0].emitter_count;
+    if (!HAS_POINT_LIGHTS || emitter < emitters) {
+        return sample_emitter(emitter, cell_index, from, u.zw);
     }
-    return sample_point_light(emitter - triangles, cell_index, from, u.zw);
+    return sample_point_light(emitter - emitters, cell_index, from, u.zw);
 }

@@ -12,10 +12,13 @@ struct Surface {
     vec3 inward;     // from the position to the triangle's centre
     float error;     // bound of the distance between `position` and the true surface
     uint flags;      // MATERIAL_ flags
-    float emission_weight;
-    float area;      // of the triangle
-    uint emitter;    // its number among the emitters, if the choice among lights asks for it
     uint face;
+    // Where it emits, for the choice among lights:
+    uint source;       // the triangle's number among the sources; NO_EMITTER if it is none
+    vec2 barycentrics; // in the triangle
+    vec2 uv;           // texture coordinates, not wrapped
+    float area;        // of the triangle
+    float uv_area;     // of the triangle in texture coordinates
 };
 
 // Texel coordinates, not yet wrapped: liquids are warped, their coordinates are world units.
@@ -81,9 +84,10 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     }
     const Material material = params.scene.at[0].materials.at[t.material];
     const vec2 b = barycentrics;
-    const vec2 uv = texel_uv(material, interpolate_uv(t, b));
-
     Surface s;
+    s.barycentrics = b;
+    s.uv = interpolate_uv(t, b);
+    const vec2 uv = texel_uv(material, s.uv);
     s.position = interpolate(t.p0, t.p1, t.p2, b);
     s.normal = t.normal;
     const vec3 across = cross(t.p1 - t.p0, t.p2 - t.p0);
@@ -93,13 +97,14 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     s.inward = (t.p0 + t.p1 + t.p2) / 3.0 - s.position;
     s.error = position_error(t.p0, t.p1, t.p2, placed);
     s.flags = material.flags;
-    s.emission_weight = material.emission_weight;
     s.face = t.face;
-    s.emitter = NO_EMITTER;
-    if (SELECTION != SELECTION_POWER && material.emission_weight > 0.0) {
+    const vec2 e1 = t.uv1 - t.uv0, e2 = t.uv2 - t.uv0;
+    s.uv_area = 0.5 * abs(e1.x * e2.y - e1.y * e2.x);
+    s.source = NO_EMITTER;
+    if (ESTIMATOR == ESTIMATOR_MIS && material.emission_weight > 0.0) {
         const uint offset =
-            params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX].emitter_offset;
-        s.emitter = params.scene.at[0].emitter_numbers.at[offset + triangle_index];
+            params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX].source_offset;
+        s.source = params.scene.at[0].source_numbers.at[offset + triangle_index];
     }
     const bool sky = (material.flags & MATERIAL_SKY) != 0u;
     s.albedo = sky ? vec3(0.0)

@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.name,
         scene.triangle_count(),
         scene.instances.len(),
-        scene.emitters.triangles.len(),
+        scene.emitters.list.len(),
         scene.lights.len()
     );
     println!("Image: {width}x{height}, depth {DEPTH}; GPU timestamps, median of {REPEATS}\n");

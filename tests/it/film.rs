@@ -1,14 +1,15 @@
 //! What a film holds besides means: rays that left, and pixels with samples of their own number.
 
+use gallery::builder::list_emitters;
 use glam::Vec3;
 use runelight_tests::builder::{Builder, camera, settings};
 use runelight_tests::devices::{Device, gpu, render};
 use runelight_tests::scenes::{room, room_view};
 use runelight_tests::stats::ZTest;
+use scene::Scene;
 use scene::cells::{CELL, CellNode, LightCells};
 use scene::light::{PointLight, Spot};
 use scene::render::{ESCAPES_KEPT, Escape, Estimator, Film, Renderer, Selection, Settings};
-use scene::{EmissiveTriangle, Emitters, Scene};
 use std::sync::Arc;
 
 /// A film of the sum of several calls, each with as many samples per pixel as `schedule` says.
@@ -143,8 +144,7 @@ fn room_with_lamps() -> Arc<Scene> {
             ..lamp(Vec3::new(10.0, -15.0, 25.0), 1500.0)
         },
     ];
-    let triangles: Vec<EmissiveTriangle> = std::mem::take(&mut scene.emitters.triangles);
-    scene.emitters = Emitters::new(triangles, &scene.lights);
+    list_emitters(&mut scene);
     // Two cells; the list of one lacks half of what shines there, that of the other has all.
     let split = CellNode {
         normal: Vec3::X,
@@ -161,7 +161,6 @@ fn room_with_lamps() -> Arc<Scene> {
         &bounds,
         &scene.emitters,
         &scene.lights,
-        |_| true,
         |cell, seen| seen.extend((0..count).step_by(2 - cell)),
     );
     Arc::new(scene.completed())
@@ -176,7 +175,7 @@ fn every_selection_has_the_same_expectation() {
                 let mut view = settings(room_view(), 24, estimator, 4);
                 view.selection = selection;
                 view.seed = selection as u64;
-                render(device, &scene, &view, 256)
+                render(device, &scene, &view, 1024)
             });
             let what = format!("selections with {} on {device:?}", estimator.name());
             for film in &films[1..] {

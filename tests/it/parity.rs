@@ -52,7 +52,7 @@ fn the_estimators_agree_on_each_device() {
     let scene = levels::sample(LightMode::Textures);
     for device in Device::ALL {
         let samples = match device {
-            Device::Vulkan => 256,
+            Device::Vulkan => 512,
             Device::Cpu => 1024,
         };
         let judge = picture(device, &scene, Estimator::Mis, samples);

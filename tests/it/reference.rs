@@ -73,7 +73,8 @@ fn scenes_that_contradict_themselves_are_errors() {
         broken(|s| s.meshes[0].triangles[0].vertices[1] = 1_000_000),
         broken(|s| s.meshes[0].positions[0].x = f32::NAN),
         broken(|s| s.instances[0].mesh = 5),
-        broken(|s| s.emitters.triangles[0].triangle = 1_000_000),
+        broken(|s| s.emitters.sources[0].triangle = 1_000_000),
+        broken(|s| s.emitters.list[0].first_source = 1_000_000),
         broken(|s| s.emitters.alias.truncate(1)),
     ];
     for error in errors {

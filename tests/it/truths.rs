@@ -61,14 +61,8 @@ fn placing_a_box_by_a_mirroring_instance_changes_nothing() {
     let mut scene = Arc::unwrap_or_clone(furnace().build());
     let flip = Affine3A::from_scale(Vec3::new(1.3, -0.7, 1.1));
     scene.instances[0].transform = odd_turn() * flip;
-    // Area sampling must know the areas as placed.
-    let transform = scene.instances[0].transform;
-    let mut emissive = scene.emitters.triangles.clone();
-    for t in &mut emissive {
-        [t.p0, t.p1, t.p2] = [t.p0, t.p1, t.p2].map(|p| transform.transform_point3(p));
-        t.weight = (t.p1 - t.p0).cross(t.p2 - t.p0).length() / 2.0;
-    }
-    scene.emitters = scene::Emitters::new(emissive, &[]);
+    // Light sampling must know the areas as placed.
+    gallery::builder::list_emitters(&mut scene);
     let scene = Arc::new(scene.completed());
     check_furnace(&scene, 3, "mirrored box");
 }

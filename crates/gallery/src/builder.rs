@@ -4,8 +4,8 @@ use glam::{Affine3A, DVec3, Vec3};
 use scene::material::{luminance, srgb_to_linear};
 use scene::render::{Estimator, Film, Selection, Settings};
 use scene::{
-    Camera, EmissiveTriangle, Emitters, Instance, Material, MaterialId, Mesh, PointLight, Scene,
-    Texture, TextureId, Triangle,
+    Camera, Emitters, Instance, Material, MaterialId, Mesh, PointLight, Scene, Texture, TextureId,
+    Triangle,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -199,21 +199,22 @@ impl Builder {
             transform: Affine3A::IDENTITY,
             name: "worldspawn".into(),
         }];
-        let emissive = mesh.triangles.iter().enumerate().map(|(i, t)| {
-            let [p0, p1, p2] = t.vertices.map(|v| mesh.positions[v as usize]);
-            let area = (p1 - p0).cross(p2 - p0).length() / 2.0;
-            EmissiveTriangle {
-                instance: 0,
-                triangle: i as u32,
-                p0,
-                p1,
-                p2,
-                weight: area * scene.materials[t.material.0 as usize].emission_weight,
-            }
-        });
-        scene.emitters = Emitters::new(emissive.collect(), &scene.lights);
+        list_emitters(scene);
         Arc::new(self.scene.completed())
     }
+}
+
+/// Lists what emits in a scene, after a change of what there is.
+pub fn list_emitters(scene: &mut Scene) {
+    let Scene {
+        meshes,
+        instances,
+        materials,
+        textures,
+        lights,
+        ..
+    } = scene;
+    scene.emitters = Emitters::new(meshes, instances, materials, textures).with_lights(lights);
 }
 
 /// The sides of an axis-aligned box that faces in or out, counter-clockwise from the front, in the

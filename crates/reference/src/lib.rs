@@ -40,6 +40,7 @@
 
 mod bvh;
 mod choice;
+mod emitters;
 mod film;
 mod integrator;
 mod lights;

@@ -5,8 +5,8 @@ use crate::choice::Choice;
 use crate::rng::Rng;
 use crate::shading::{
     eval_diffuse, mis_weight, pdf_area_to_solid_angle, pdf_cosine_hemisphere, pdf_sphere_cone,
-    sample_sphere_cone, sample_triangle, spawn_origin, sphere_cone_height, sphere_near_distance,
-    sphere_radiance, spot_factor,
+    sample_sphere_cone, spawn_origin, sphere_cone_height, sphere_near_distance, sphere_radiance,
+    spot_factor,
 };
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
@@ -45,8 +45,8 @@ pub(crate) fn sample_light(
     }
     let entry = choice.sample(rng);
     let u = rng.next2();
-    let candidate = match entry.checked_sub(emitters.triangles.len()) {
-        None => sample_emissive_triangle(world, estimator, choice, point, entry, u),
+    let candidate = match entry.checked_sub(emitters.list.len()) {
+        None => sample_emitter(world, estimator, choice, point, entry as u32, u),
         Some(light) => {
             let light = &world.scene.lights[light];
             let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
@@ -68,16 +68,17 @@ pub(crate) fn sample_light(
     }
 }
 
-/// Irradiance estimate from a uniform point of an emissive triangle.
-fn sample_emissive_triangle(
+/// Irradiance estimate from a point of an emitter.
+fn sample_emitter(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
     point: &SurfacePoint<'_>,
-    index: usize,
+    number: u32,
     u: [f64; 2],
 ) -> Option<Candidate> {
-    let light = world.emitter_point(index, sample_triangle(u), point.position);
+    let emitter = &world.scene.emitters.list[number as usize];
+    let light = world.sample_emitter_point(emitter, u, point.position)?;
     let to_light = light.position - point.position;
     let distance2 = to_light.length_squared();
     let direction = to_light / distance2.sqrt();
@@ -91,7 +92,7 @@ fn sample_emissive_triangle(
     if emitted == DVec3::ZERO {
         return None;
     }
-    let pdf_area = world.pdf_light_area(choice, &light);
+    let pdf_area = world.pdf_light_area(choice, number, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
     let weight = match estimator {
         Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),

@@ -2,14 +2,11 @@
 
 use crate::Error;
 use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
-use crate::choice::Choice;
-use crate::shading::{
-    pdf_area_to_solid_angle, point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index,
-    warp,
-};
+use crate::shading::{point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use scene::cells::{CELL, Cell, CellNode, LightCells};
+use scene::emitter::{Emitters, NO_EMITTER, Numbering, Shape};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
@@ -27,16 +24,13 @@ pub(crate) struct World {
     time: f64,
     /// By slot, what the test of the ray does not need.
     infos: Vec<TriangleInfo>,
-    /// By index into `Emitters::triangles`, the slot.
-    emitter_slots: Vec<u32>,
-    /// By slot, the index into `Emitters::triangles`; [`NO_EMITTER`] if it is not listed.
-    emitter_numbers: Vec<u32>,
+    /// By index into `Emitters::sources`, the slot.
+    pub source_slots: Vec<u32>,
+    /// By slot, the index into `Emitters::sources`; [`NO_EMITTER`] if it does not emit.
+    sources: Vec<u32>,
     /// `srgb_to_linear` of each byte.
     linear: [f64; 256],
 }
-
-/// Emitter number of a triangle that is not listed.
-const NO_EMITTER: u32 = u32::MAX;
 
 /// What a triangle looks like, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -69,10 +63,14 @@ pub(crate) struct SurfacePoint<'a> {
     pub uv: DVec2,
     /// The level's number of the face.
     pub face: u32,
+    /// Barycentric weights in the triangle.
+    pub weights: [f64; 3],
     /// Area of the triangle, square world units.
     pub area: f64,
-    /// Its number among the emitters.
-    emitter: u32,
+    /// Its area in texture coordinates.
+    pub uv_area: f64,
+    /// Its number among `Emitters::sources`, or [`NO_EMITTER`].
+    pub source: u32,
 }
 
 impl SurfacePoint<'_> {
@@ -109,19 +107,19 @@ impl World {
         for (slot, &index) in order.iter().enumerate() {
             slots[index as usize] = slot as u32;
         }
-        let emitter_slots: Vec<u32> = (scene.emitters.triangles.iter())
+        let source_slots: Vec<u32> = (scene.emitters.sources.iter())
             .map(|t| slots[instance_starts[t.instance as usize] + t.triangle as usize])
             .collect();
-        let mut emitter_numbers = vec![NO_EMITTER; count];
-        for (number, &slot) in emitter_slots.iter().enumerate() {
-            emitter_numbers[slot as usize] = number as u32;
+        let mut sources = vec![NO_EMITTER; count];
+        for (number, &slot) in source_slots.iter().enumerate() {
+            sources[slot as usize] = number as u32;
         }
         Ok(Self {
             bvh,
             time,
             infos,
-            emitter_slots,
-            emitter_numbers,
+            source_slots,
+            sources,
             linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
             scene,
         })
@@ -149,19 +147,13 @@ impl World {
         self.point_on(hit.slot, hit.at.weights, front)
     }
 
-    /// A point of an emissive triangle by its index among the emitters, as seen from `viewer`.
-    pub fn emitter_point(
-        &self,
-        index: usize,
-        weights: [f64; 3],
-        viewer: DVec3,
-    ) -> SurfacePoint<'_> {
-        let mut point = self.point_on(self.emitter_slots[index], weights, true);
-        point.front = point.normal.dot(viewer - point.position) > 0.0;
-        point
+    /// Texture coordinates of a triangle's corners.
+    pub fn uv_of(&self, slot: u32) -> [DVec2; 3] {
+        corners_uv(&self.infos[slot as usize].uv)
     }
 
-    fn point_on(&self, slot: u32, weights: [f64; 3], front: bool) -> SurfacePoint<'_> {
+    /// The point of a triangle with these barycentric weights.
+    pub fn point_on(&self, slot: u32, weights: [f64; 3], front: bool) -> SurfacePoint<'_> {
         let info = &self.infos[slot as usize];
         let [a, b, c] = self.bvh.triangle(slot).corners();
         SurfacePoint {
@@ -172,8 +164,10 @@ impl World {
             material: &self.scene.materials[info.material as usize],
             uv: interpolate_uv(&info.uv, weights),
             face: info.face,
+            weights,
             area: (b - a).cross(c - a).length() / 2.0,
-            emitter: self.emitter_numbers[slot as usize],
+            uv_area: uv_area(&info.uv),
+            source: self.sources[slot as usize],
         }
     }
 
@@ -228,29 +222,6 @@ impl World {
         }
     }
 
-    /// Density per steradian with which light sampling in `cell` chooses a point that a ray found
-    /// after `distance` in `direction`.
-    pub fn pdf_light(
-        &self,
-        choice: &Choice<'_>,
-        point: &SurfacePoint<'_>,
-        direction: DVec3,
-        distance: f64,
-    ) -> f64 {
-        let pdf_area = self.pdf_light_area(choice, point);
-        pdf_area_to_solid_angle(pdf_area, distance * distance, point.normal.dot(direction))
-    }
-
-    /// Density per area with which light sampling chooses a point; 0 where nothing is chosen.
-    pub fn pdf_light_area(&self, choice: &Choice<'_>, point: &SurfacePoint<'_>) -> f64 {
-        let weight = f64::from(point.material.emission_weight);
-        if weight <= 0.0 || point.emitter == NO_EMITTER {
-            return 0.0;
-        }
-        let power = weight * point.area / f64::from(self.scene.emitters.total_weight);
-        choice.probability(point.emitter, power) / point.area
-    }
-
     fn is_hole(&self, hit: &Hit) -> bool {
         let info = &self.infos[hit.slot as usize];
         let material = &self.scene.materials[info.material as usize];
@@ -284,8 +255,18 @@ fn size(texture: &Texture) -> DVec2 {
     DVec2::new(f64::from(texture.width), f64::from(texture.height))
 }
 
+fn corners_uv(uv: &[[f32; 2]; 3]) -> [DVec2; 3] {
+    uv.map(|[u, v]| DVec2::new(f64::from(u), f64::from(v)))
+}
+
+/// Area of a triangle in texture coordinates.
+fn uv_area(uv: &[[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners_uv(uv);
+    (b - a).perp_dot(c - a).abs() / 2.0
+}
+
 fn interpolate_uv(uv: &[[f32; 2]; 3], weights: [f64; 3]) -> DVec2 {
-    let [a, b, c] = uv.map(|[u, v]| DVec2::new(f64::from(u), f64::from(v)));
+    let [a, b, c] = corners_uv(uv);
     a * weights[0] + b * weights[1] + c * weights[2]
 }
 
@@ -393,13 +374,17 @@ fn check(scene: &Scene) -> Result<(), Error> {
     )?;
     let emitters = &scene.emitters;
     ensure(
-        emitters.triangles.iter().all(|t| {
+        emitters.sources.iter().all(|t| {
             (scene.instances.get(t.instance as usize))
                 .is_some_and(|i| (t.triangle as usize) < scene.meshes[i.mesh].triangles.len())
         }),
         "an emitter's triangle does not exist",
     )?;
-    let entries = emitters.triangles.len() + scene.lights.len();
+    ensure(
+        emitters_are_valid(emitters),
+        "an emitter's texels or its number do not exist",
+    )?;
+    let entries = emitters.list.len() + scene.lights.len();
     ensure(
         emitters.alias.len() == entries
             && emitters
@@ -412,6 +397,51 @@ fn check(scene: &Scene) -> Result<(), Error> {
         cells_fit(scene),
         "the cells' lists of lights do not fit the scene",
     )
+}
+
+/// Whether every emitter has its triangles and texels, and every triangle its emitters.
+fn emitters_are_valid(emitters: &Emitters) -> bool {
+    let Emitters {
+        list,
+        sources,
+        numbers,
+        maps,
+        ..
+    } = emitters;
+    let maps_are_whole = maps.iter().all(|m| {
+        let (w, h) = (m.width as usize, m.height as usize);
+        let labels_exist = (m.labels.iter()).all(|&l| l as usize <= m.rectangles.len());
+        m.labels.len() == w * h && m.sums.len() == (w + 1) * (h + 1) && labels_exist
+    });
+    let fits = |[x0, y0, x1, y1]: [u32; 4], map: usize| {
+        x0 <= x1
+            && y0 <= y1
+            && maps
+                .get(map)
+                .is_some_and(|m| x1 <= m.width && y1 <= m.height)
+    };
+    let listed = list.iter().all(|e| {
+        let last = (e.first_source as usize).saturating_add(e.sources as usize);
+        let shape = match e.shape {
+            Shape::Texels { map, rectangle, .. } => fits(rectangle, map as usize),
+            Shape::Part { divisions, .. } => divisions > 0 && e.sources == 1,
+        };
+        last <= sources.len() && shape
+    });
+    let numbered = sources.iter().all(|s| match s.numbering {
+        Numbering::Parts { divisions, first } => {
+            divisions > 0 && first as usize + divisions.pow(2) as usize <= list.len()
+        }
+        Numbering::Texels {
+            map, tiles, table, ..
+        } => {
+            let rectangles = maps.get(map as usize).map_or(0, |m| m.rectangles.len());
+            let places = tiles[0] as usize * tiles[1] as usize * rectangles;
+            places > 0 && table as usize + places <= numbers.len()
+        }
+    });
+    let exist = |&n: &u32| n == NO_EMITTER || (n as usize) < list.len();
+    maps_are_whole && listed && numbered && numbers.iter().all(exist)
 }
 
 /// Whether every way through the cells ends in a list of emitters that exist.

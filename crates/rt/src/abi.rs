@@ -124,8 +124,10 @@ abi! {
         SELECTION_LEAF: uint = 2;
         /// Flag of a cell node's child: a cell, not a node.
         CELL: uint = 0x8000_0000;
-        /// Emitter number of a triangle that is not listed.
+        /// Number of the emitter or source where there is none.
         NO_EMITTER: uint = 0xffff_ffff;
+        /// Map of an emitter that is a part of a triangle.
+        NO_MAP: uint = 0xffff_ffff;
         /// Escapes that are kept; the rest is only counted.
         ESCAPES_KEPT: uint = 100;
         /// Material flag: emits to both sides.
@@ -180,13 +182,19 @@ abi! {
         RAY_SHADOW: uint = 2;
     }
     references {
-        /// Triangles of all meshes, or emissive triangles in world space.
+        /// Triangles of all meshes, or those that emit in world space.
         TriangleRef => readonly Triangle, align "16";
         /// Instances, by custom index.
         InstanceRef => readonly Instance, align "16";
         /// Materials, by material id.
         MaterialRef => readonly Material, align "16";
-        /// Alias table over emissive triangles, then point lights.
+        /// Emitters.
+        EmitterRef => readonly Emitter, align "16";
+        /// Triangles that emit.
+        SourceRef => readonly Source, align "16";
+        /// Emission textures.
+        EmissionMapRef => readonly EmissionMap, align "4";
+        /// Alias table over emitters, then point lights.
         AliasRef => readonly AliasEntry, align "8";
         /// Splits of space into cells, the root first.
         CellNodeRef => readonly CellNode, align "16";
@@ -194,8 +202,8 @@ abi! {
         CellRef => readonly Cell, align "8";
         /// Lists of the cells, one after the other.
         CellEntryRef => readonly CellEntry, align "16";
-        /// Emitter numbers, by triangle of each instance.
-        EmitterNumberRef => readonly uint, align "4";
+        /// Numbers of emitters or sources, sums and labels of texels.
+        NumberRef => readonly uint, align "4";
         /// Point lights.
         LightRef => readonly Light, align "16";
         /// The scene (one element).
@@ -214,7 +222,7 @@ abi! {
     structs {
         /// One triangle with all that shading needs.
         Triangle {
-            /// Corner, local space (world space for emitters).
+            /// Corner, local space (world space for those that emit).
             p0: vec3,
             /// Material index.
             material: uint,
@@ -245,8 +253,8 @@ abi! {
             opaque_base: uint,
             /// Index of the mesh's first alpha-tested triangle.
             alpha_base: uint,
-            /// Added to a triangle's index, where its emitter number stands.
-            emitter_offset: uint,
+            /// Added to a triangle's index, where its number among the sources stands.
+            source_offset: uint,
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uint,
         }
@@ -258,7 +266,7 @@ abi! {
             emission: uint,
             /// Radiance of a white emission texel.
             emission_scale: float,
-            /// Light sampling density per area before normalisation.
+            /// Mean luminance of the emitted radiance; 0 if nothing is chosen as a light.
             emission_weight: float,
             /// MATERIAL_ flags.
             flags: uint,
@@ -268,6 +276,47 @@ abi! {
             height: uint,
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uint,
+        }
+        /// Texels of a face, or a part of a triangle, that can be chosen as a light.
+        Emitter {
+            /// First of the sources it lies on.
+            first_source: uint,
+            /// How many.
+            sources: uint,
+            /// Its map, or NO_MAP for a part of a triangle.
+            map: uint,
+            /// Probability with which the alias table chooses it.
+            probability: float,
+            /// Texels x0 | y0 << 16, x1 | y1 << 16; of a part, divisions and 1 for an upper half.
+            rectangle: uvec2,
+            /// Texture coordinates of its tile; of a part, column and row.
+            origin: vec2,
+        }
+        /// How the emitters of a triangle are numbered.
+        Source {
+            /// Its map, or NO_MAP for parts.
+            map: uint,
+            /// Where its numbers begin; of parts, the first emitter.
+            first: uint,
+            /// First tile.
+            first_tile: vec2,
+            /// Tiles along each axis; of parts, divisions.
+            tiles: uvec2,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uvec2,
+        }
+        /// The emitting texels of a texture.
+        EmissionMap {
+            /// Where its sums begin among the texel tables.
+            sums: uint,
+            /// Where its labels begin.
+            labels: uint,
+            /// Rectangles.
+            rectangles: uint,
+            /// Texels across.
+            width: uint,
+            /// Texels down.
+            height: uint,
         }
         /// One entry of the alias table.
         AliasEntry {
@@ -334,8 +383,20 @@ abi! {
             instances: InstanceRef,
             /// Materials.
             materials: MaterialRef,
-            /// Emissive triangles, world space.
-            emitters: TriangleRef,
+            /// Emitters.
+            emitters: EmitterRef,
+            /// Triangles they lie on.
+            sources: SourceRef,
+            /// The same triangles, world space.
+            source_triangles: TriangleRef,
+            /// Emission textures.
+            maps: EmissionMapRef,
+            /// Sums and labels of their texels.
+            texel_tables: NumberRef,
+            /// Emitter numbers by place.
+            emitter_numbers: NumberRef,
+            /// Source numbers by triangle of each instance.
+            source_numbers: NumberRef,
             /// Alias table.
             alias: AliasRef,
             /// Point lights.
@@ -346,14 +407,10 @@ abi! {
             cells: CellRef,
             /// Lists of the cells.
             cell_entries: CellEntryRef,
-            /// Emitter numbers of hit triangles.
-            emitter_numbers: EmitterNumberRef,
-            /// Number of emissive triangles: entries of the alias table below it are triangles.
+            /// Number of emitters: entries of the alias table below it are emitters.
             emitter_count: uint,
             /// Entries of the alias table.
             entry_count: uint,
-            /// Turns a material's emission weight into a density per unit area.
-            inv_total_weight: float,
             /// Radiance of a white sky texel.
             sky_scale: float,
             /// Radiance of a flat sky.
@@ -364,6 +421,8 @@ abi! {
             sky_front: uint,
             /// Probability with which the table over all emitters chooses, whatever a cell lists.
             cell_fallback: float,
+            /// Unused, keeps the size a multiple of 8 bytes.
+            padding: uint,
         }
         /// Numbers counted by the shaders, as low and high words.
         Counters {
@@ -447,6 +506,8 @@ mod tests {
         assert_eq!(size_of::<Instance>(), 64);
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Light>(), 64);
+        assert_eq!(size_of::<Emitter>(), 32);
+        assert_eq!(size_of::<Source>(), 32);
         assert_eq!(size_of::<CellNode>(), 32);
         assert_eq!(size_of::<CellEntry>(), 16);
         assert_eq!(size_of::<LoggedRay>(), 32);

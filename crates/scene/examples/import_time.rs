@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             r.open_edges,
             r.t_junctions_split,
             r.sealed,
-            scene.emitters.triangles.len(),
+            scene.emitters.list.len(),
             scene.lights.len(),
             r.emissive_texels,
             scene.cameras.len(),

@@ -84,23 +84,24 @@ struct Extent {
 impl LightCells {
     /// Makes the lists of a partition: `bounds` are the corners of each cell's box and
     /// `candidates` gives the numbers of the emitters that may be seen from a cell, rising.
-    /// `is_two_sided` says of an emissive triangle, by its number, whether its back shines.
     #[must_use]
     pub fn new(
         nodes: Vec<CellNode>,
         bounds: &[[Vec3; 2]],
         emitters: &Emitters,
         lights: &[PointLight],
-        is_two_sided: impl Fn(usize) -> bool,
         mut candidates: impl FnMut(usize, &mut Vec<u32>),
     ) -> Self {
-        let triangles = emitters.triangles.iter().enumerate().map(|(i, t)| Extent {
-            min: t.p0.min(t.p1).min(t.p2),
-            max: t.p0.max(t.p1).max(t.p2),
-            power: t.weight,
-            front: (!is_two_sided(i)).then(|| (t.p0, (t.p1 - t.p0).cross(t.p2 - t.p0))),
-        });
-        let extents: Vec<Extent> = triangles
+        let extents: Vec<Extent> = (emitters.list.iter())
+            .map(|e| {
+                let [min, max] = e.bounds();
+                Extent {
+                    min,
+                    max,
+                    power: e.weight,
+                    front: (!e.two_sided).then_some((e.corners[0], e.normal)),
+                }
+            })
             .chain(lights.iter().map(|l| Extent {
                 min: l.position - l.radius,
                 max: l.position + l.radius,
@@ -177,32 +178,41 @@ fn push_list(entries: &mut Vec<CellEntry>, weighed: &[(u32, f32)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emitter::EmissiveTriangle;
+    use crate::emitter::{Emitter, Shape};
+    use crate::material::MaterialId;
 
-    fn lamp(x: f32, weight: f32) -> EmissiveTriangle {
-        // Faces to +x.
-        EmissiveTriangle {
-            instance: 0,
-            triangle: 0,
-            p0: Vec3::new(x, 0.0, 0.0),
-            p1: Vec3::new(x, 8.0, 0.0),
-            p2: Vec3::new(x, 0.0, 8.0),
+    fn lamps(all: impl IntoIterator<Item = (f32, f32)>) -> Emitters {
+        // All face to +x.
+        let lamp = |(x, weight)| Emitter {
+            first_source: 0,
+            sources: 1,
+            shape: Shape::Part {
+                divisions: 1,
+                column: 0,
+                row: 0,
+                upper: false,
+            },
+            material: MaterialId(0),
             weight,
+            corners: [[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]]
+                .map(|[y, z]| Vec3::new(x, y, z)),
+            normal: Vec3::X,
+            two_sided: false,
+        };
+        Emitters {
+            list: all.into_iter().map(lamp).collect(),
+            ..Emitters::default()
         }
     }
 
     #[test]
     fn lists_hold_what_may_be_seen_by_power_and_distance() {
-        let emitters = Emitters::new(
-            vec![lamp(-100.0, 1.0), lamp(-400.0, 1.0), lamp(50.0, 1.0)],
-            &[],
-        );
+        let emitters = lamps([(-100.0, 1.0), (-400.0, 1.0), (50.0, 1.0)]);
         let cells = LightCells::new(
             vec![],
             &[[Vec3::ZERO, Vec3::splat(8.0)]; 3],
             &emitters,
             &[],
-            |i| i == 5,
             |cell, out| match cell {
                 0 => out.extend([0, 1, 2]),
                 1 => out.extend([1]),
@@ -231,17 +241,14 @@ mod tests {
 
     #[test]
     fn long_lists_keep_the_strongest_in_order() {
-        let lamps: Vec<_> = (0..500)
-            .map(|i| lamp(-100.0, (i * 37 % 500) as f32 + 1.0))
-            .collect();
-        let emitters = Emitters::new(lamps, &[]);
+        let emitters = lamps((0..500).map(|i| (-100.0, (i * 37 % 500) as f32 + 1.0)));
         let bounds = [[Vec3::ZERO, Vec3::ONE]];
         let all = |_: usize, out: &mut Vec<u32>| out.extend(0..500);
-        let cells = LightCells::new(vec![], &bounds, &emitters, &[], |_| false, all);
+        let cells = LightCells::new(vec![], &bounds, &emitters, &[], all);
         assert_eq!(cells.entries.len(), MOST_PER_CELL);
         assert!(cells.entries.is_sorted_by_key(|e| e.emitter));
         for e in &cells.entries {
-            assert!(emitters.triangles[e.emitter as usize].weight > 500.0 - MOST_PER_CELL as f32);
+            assert!(emitters.list[e.emitter as usize].weight > 500.0 - MOST_PER_CELL as f32);
         }
     }
 }

@@ -24,7 +24,7 @@ pub mod sky;
 
 pub use camera::Camera;
 pub use cells::LightCells;
-pub use emitter::{EmissiveTriangle, Emitters};
+pub use emitter::{Emitter, Emitters};
 pub use light::PointLight;
 pub use material::{Material, MaterialId, Surface, Texture, TextureId};
 pub use mesh::{Instance, Mesh, Triangle};
@@ -50,7 +50,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Pictures; indexed by [`TextureId`].
     pub textures: Vec<Texture>,
-    /// Every triangle that emits, with its share of the power.
+    /// Everything that can be chosen as a light, with its share of the power.
     pub emitters: Emitters,
     /// Which lights matter where; may be empty.
     pub cells: LightCells,

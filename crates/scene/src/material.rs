@@ -53,11 +53,7 @@ pub struct Material {
     pub emission: Option<TextureId>,
     /// Radiance of a white emission texel.
     pub emission_scale: f32,
-    /// Density of choosing a point on this material for light sampling, per unit area and before
-    /// normalisation: the mean luminance of its emitted radiance. 0 if it does not emit.
-    ///
-    /// The probability density of a light sample at a point of a surface with this material is
-    /// `emission_weight / Emitters::total_weight` per unit area, wherever on the surface it lies.
+    /// Mean luminance of its emitted radiance, both sides together; 0 if it is no light to choose.
     pub emission_weight: f32,
     /// Texels with alpha 0 are holes.
     pub alpha_tested: bool,

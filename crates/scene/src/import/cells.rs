@@ -11,56 +11,48 @@ use glam::Vec3;
 const BEFORE: f32 = 2.0;
 
 /// The lists of lights for the leafs of the world; none if its tree cannot be walked or nothing
-/// shines. `is_two_sided` says of an emissive triangle, by its number, whether its back shines.
-pub fn light_cells(
-    bsp: &Bsp,
-    emitters: &Emitters,
-    lights: &[PointLight],
-    is_two_sided: impl Fn(usize) -> bool,
-) -> LightCells {
+/// shines.
+pub fn light_cells(bsp: &Bsp, emitters: &Emitters, lights: &[PointLight]) -> LightCells {
     let Some(nodes) = nodes(bsp).filter(|_| !emitters.alias.is_empty()) else {
         return LightCells::default();
     };
     // By emitter, the leafs it lies in or borders on.
-    let places: Vec<Vec<usize>> = (emitters.triangles.iter())
-        .map(|t| {
-            let normal = (t.p1 - t.p0).cross(t.p2 - t.p0).normalize_or_zero() * BEFORE;
-            let centre = (t.p0 + t.p1 + t.p2) / 3.0;
-            let points = [t.p0, t.p1, t.p2].map(|p| p.lerp(centre, 0.1));
+    let places: Vec<Vec<usize>> = (emitters.list.iter())
+        .map(|e| {
+            let normal = e.normal * BEFORE;
+            let centre = e.corners.iter().sum::<Vec3>() / 4.0;
+            let points = e.corners.map(|p| p.lerp(centre, 0.1));
             let around = points.into_iter().chain([centre]);
-            leafs_at(bsp, around.flat_map(|p| [p + normal, p - normal]))
+            let sides = if e.two_sided { 2 } else { 1 };
+            leafs_at(
+                bsp,
+                around.flat_map(|p| [p + normal, p - normal].into_iter().take(sides)),
+            )
         })
         .chain(lights.iter().map(|l| leafs_at(bsp, [l.position])))
         .collect();
     let bounds: Vec<[Vec3; 2]> = (bsp.leafs.iter())
         .map(|leaf| [Vec3::from(leaf.mins), Vec3::from(leaf.maxs)])
         .collect();
-    LightCells::new(
-        nodes,
-        &bounds,
-        emitters,
-        lights,
-        is_two_sided,
-        |leaf, seen| {
-            let inside = bsp
-                .leafs
-                .get(leaf)
-                .is_some_and(|l| l.contents != contents::SOLID);
-            if leaf == 0 || !inside {
-                return;
-            }
-            let pvs = bsp.pvs(leaf);
-            let visible = |place: &Vec<usize>| {
-                // In solid, or nowhere: it may be seen.
-                place.is_empty() || place.iter().any(|&l| l == leaf || pvs.sees(l))
-            };
-            let emitters = places
-                .iter()
-                .enumerate()
-                .filter(|(_, place)| visible(place));
-            seen.extend(emitters.map(|(i, _)| i as u32));
-        },
-    )
+    LightCells::new(nodes, &bounds, emitters, lights, |leaf, seen| {
+        let inside = bsp
+            .leafs
+            .get(leaf)
+            .is_some_and(|l| l.contents != contents::SOLID);
+        if leaf == 0 || !inside {
+            return;
+        }
+        let pvs = bsp.pvs(leaf);
+        let visible = |place: &Vec<usize>| {
+            // In solid, or nowhere: it may be seen.
+            place.is_empty() || place.iter().any(|&l| l == leaf || pvs.sees(l))
+        };
+        let emitters = places
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| visible(place));
+        seen.extend(emitters.map(|(i, _)| i as u32));
+    })
 }
 
 /// The leafs that points lie in, without solid ones.

@@ -8,7 +8,7 @@ use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
 use super::{Files, ImportError, ImportOptions, LightMode};
 use super::{cameras, cells, emitters, items, lights, poses, seal, trees};
 use crate::emitter::Emitters;
-use crate::material::{MaterialId, Surface, WARP_TILE};
+use crate::material::{MaterialId, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
 use crate::{LightCells, Report, Scene};
 use bsp::bsp::{Face, Texinfo};
@@ -283,8 +283,12 @@ impl<'a> World<'a> {
         if self.meshes.iter().all(|m| m.triangles.is_empty()) {
             return Err(ImportError::NothingToDraw(self.level.name.clone()));
         }
-        let triangles =
-            emitters::emissive_triangles(&self.meshes, &self.instances, &self.set.materials);
+        let MaterialSet {
+            materials,
+            textures,
+            ..
+        } = &self.set;
+        let emitters = Emitters::new(&self.meshes, &self.instances, materials, textures);
         let lights = match self.options.lights {
             LightMode::Textures => Vec::new(),
             _ => lights::lights(
@@ -295,10 +299,8 @@ impl<'a> World<'a> {
             ),
         };
         let (lights, twice) =
-            emitters::choose_lights(lights, self.options.lights, &triangles, |t| {
-                let mesh = &self.meshes[self.instances[t.instance as usize].mesh];
-                let material = mesh.triangles[t.triangle as usize].material;
-                self.set.lamps[material.0 as usize]
+            emitters::choose_lights(lights, self.options.lights, &emitters.list, |e| {
+                self.set.lamps[e.material.0 as usize]
             });
         if twice > 0 {
             self.notes.add("lamps twice", || {
@@ -310,7 +312,7 @@ impl<'a> World<'a> {
             });
         }
         self.remark_what_is_not_modelled();
-        if triangles.is_empty() && lights.is_empty() {
+        if emitters.list.is_empty() && lights.is_empty() {
             self.notes.add("dark", || {
                 "nothing shines: pictures of the level are black".to_owned()
             });
@@ -321,15 +323,9 @@ impl<'a> World<'a> {
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
-        let emitters = Emitters::new(triangles, &lights);
+        let emitters = emitters.with_lights(&lights);
         let cells = if self.shallow && self.options.light_lists {
-            cells::light_cells(bsp, &emitters, &lights, |i| {
-                let t = &emitters.triangles[i];
-                let mesh = &self.meshes[self.instances[t.instance as usize].mesh];
-                let material = mesh.triangles[t.triangle as usize].material;
-                let material = &self.set.materials[material.0 as usize];
-                material.two_sided || material.surface == Surface::Sky
-            })
+            cells::light_cells(bsp, &emitters, &lights)
         } else {
             LightCells::default()
         };

@@ -111,7 +111,7 @@ fn a_lamp_that_is_there_twice_counts_once() {
     assert_eq!(lights(LightMode::All), 3);
     assert_eq!(lights(LightMode::Entities), 3);
     assert_eq!(lights(LightMode::Textures), 0);
-    let surfaces = |mode| scene_of(&map, &options(mode)).emitters.triangles.len();
+    let surfaces = |mode| scene_of(&map, &options(mode)).emitters.list.len();
     assert!(surfaces(LightMode::Auto) > 0);
     assert_eq!(surfaces(LightMode::Auto), surfaces(LightMode::Textures));
     assert_eq!(surfaces(LightMode::Entities), 0);
@@ -128,7 +128,7 @@ fn the_sky_stays_whatever_lamps_shine() {
         LightMode::All,
     ] {
         let scene = scene_of(&map, &options(mode));
-        assert!(scene.features.sky && !scene.emitters.triangles.is_empty());
+        assert!(scene.features.sky && !scene.emitters.list.is_empty());
         assert!(!scene.features.emissive_surfaces);
     }
 }

@@ -1,10 +1,10 @@
 //! Every real level there is.
 
 use crate::common::{data, for_each_level};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use scene::import::tjunction::open_edges;
 use scene::material::{luminance, srgb_to_linear};
-use scene::{PointLight, Scene, Surface};
+use scene::{MaterialId, PointLight, Scene, Surface};
 use std::collections::HashMap;
 
 /// Levels that are closed and have every face. The others lack faces that their makers had the
@@ -102,57 +102,93 @@ fn triangles_agree_with_their_faces() {
     });
 }
 
-/// Power over pi of all emissive surfaces, texel by texel.
+/// Luminance that all surfaces emit, integrated over their areas, texel by texel: the area of each
+/// triangle within each texel times what the texel emits. Liquids move, so theirs is the mean.
 fn brute_force(scene: &Scene) -> f64 {
-    let mut means: HashMap<u32, f64> = HashMap::new();
+    let mut lights: HashMap<u32, Vec<f64>> = HashMap::new();
     let mut sum = 0.0;
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh];
         for t in &mesh.triangles {
             let material = &scene.materials[t.material.0 as usize];
-            let mean = *means.entry(t.material.0).or_insert_with(|| {
-                let Some(emission) = material.emission else {
-                    return 0.0;
-                };
-                let texture = &scene.textures[emission.0 as usize];
-                let sum: f64 = texture
-                    .rgba
-                    .iter()
+            let Some(emission) = material.emission else {
+                continue;
+            };
+            let texture = &scene.textures[emission.0 as usize];
+            let light = lights.entry(emission.0).or_insert_with(|| {
+                (texture.rgba.iter())
                     .map(|t| [t[0], t[1], t[2]].map(|c| srgb_to_linear(c) as f32))
                     .map(|rgb| f64::from(luminance(rgb)))
-                    .sum();
-                sum / texture.rgba.len() as f64
+                    .collect()
             });
-            if mean == 0.0 {
-                continue;
-            }
             let [a, b, c] = t.vertices.map(|v| {
                 let p = mesh.positions[v as usize];
                 instance.transform.transform_point3(p).as_dvec3()
             });
             let sides = if material.two_sided { 2.0 } else { 1.0 };
+            let scale = f64::from(material.emission_scale) * sides;
             let area = DVec3::length((b - a).cross(c - a)) / 2.0;
-            sum += area * mean * f64::from(material.emission_scale) * sides;
+            if material.warped {
+                sum += scale * area * light.iter().sum::<f64>() / light.len() as f64;
+                continue;
+            }
+            let uv = t.uv.map(|[u, v]| DVec2::new(f64::from(u), f64::from(v)));
+            let uv_area = (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs() / 2.0;
+            let min = uv[0].min(uv[1]).min(uv[2]).floor();
+            let max = uv[0].max(uv[1]).max(uv[2]).ceil();
+            for y in min.y as i64..max.y as i64 {
+                for x in min.x as i64..max.x as i64 {
+                    let column = x.rem_euclid(i64::from(texture.width)) as usize;
+                    let row = y.rem_euclid(i64::from(texture.height)) as usize;
+                    let light = light[row * texture.width as usize + column];
+                    if light > 0.0 {
+                        let cell = DVec2::new(x as f64, y as f64);
+                        let inside = area_in_unit_square(uv.map(|p| p - cell));
+                        sum += scale * light * area * inside / uv_area;
+                    }
+                }
+            }
         }
     }
     sum
+}
+
+/// Area of a triangle within the unit square, by cutting it at each side.
+fn area_in_unit_square(triangle: [DVec2; 3]) -> f64 {
+    let mut polygon = triangle.to_vec();
+    for (axis, side) in [
+        (DVec2::X, 0.0),
+        (-DVec2::X, -1.0),
+        (DVec2::Y, 0.0),
+        (-DVec2::Y, -1.0),
+    ] {
+        let before = std::mem::take(&mut polygon);
+        for (i, &p) in before.iter().enumerate() {
+            let q = before[(i + 1) % before.len()];
+            let (dp, dq) = (p.dot(axis) - side, q.dot(axis) - side);
+            if dp >= 0.0 {
+                polygon.push(p);
+            }
+            if dp * dq < 0.0 {
+                polygon.push(p.lerp(q, dp / (dp - dq)));
+            }
+        }
+    }
+    let n = polygon.len();
+    let doubled: f64 = (0..n)
+        .map(|i| polygon[i].perp_dot(polygon[(i + 1) % n]))
+        .sum();
+    doubled.abs() / 2.0
 }
 
 #[test]
 fn listed_power_is_that_of_the_texels() {
     let mut shining = 0;
     for_each_level(|level, scene| {
-        let is_sky = |instance: u32, triangle: u32| {
-            let mesh = &scene.meshes[scene.instances[instance as usize].mesh];
-            let material = mesh.triangles[triangle as usize].material;
-            scene.materials[material.0 as usize].surface == Surface::Sky
-        };
-        let listed: f64 = scene
-            .emitters
-            .triangles
-            .iter()
-            .filter(|t| !is_sky(t.instance, t.triangle))
-            .map(|t| f64::from(t.weight))
+        let is_sky = |m: MaterialId| scene.materials[m.0 as usize].surface == Surface::Sky;
+        let listed: f64 = (scene.emitters.list.iter())
+            .filter(|e| !is_sky(e.material))
+            .map(|e| f64::from(e.weight))
             .sum();
         let truth = brute_force(scene);
         assert!(

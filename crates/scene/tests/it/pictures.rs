@@ -141,7 +141,7 @@ fn a_black_sky_that_nobody_asks_for_light_stays_black() {
     map.brush_box([64.0, 64.0, 240.0], [192.0, 192.0, 256.0], "sky_void");
     let scene = scene_of(&map, &ImportOptions::default());
     assert!(matches!(scene.sky.kind, SkyKind::Scrolling { .. }));
-    assert!(scene.emitters.triangles.is_empty());
+    assert!(scene.emitters.list.is_empty());
     let dark = |w: &String| w.contains("nothing shines");
     assert!(scene.report.warnings.iter().any(dark));
 }

@@ -175,7 +175,7 @@ impl Job<'_> {
             settings_hash: reference.stamp.settings_hash.clone(),
             plan_hash: self.plan_hash(),
             triangles: self.scene.triangle_count(),
-            emitters: self.scene.emitters.triangles.len() + self.scene.lights.len(),
+            emitters: self.scene.emitters.list.len() + self.scene.lights.len(),
             sealed: self.scene.report.sealed,
             cores: f64::NAN,
             reference: ReferenceNote {

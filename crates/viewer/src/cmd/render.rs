@@ -246,7 +246,7 @@ impl Report<'_> {
             "selection": self.settings.selection.name(),
             "seed": self.settings.seed,
             "triangles": self.scene.triangle_count(),
-            "emitters": self.scene.emitters.triangles.len() + self.scene.lights.len(),
+            "emitters": self.scene.emitters.list.len() + self.scene.lights.len(),
             "seconds": { "load": load, "build": build, "render": render, "write": write },
             "paths": counters.paths,
             "rays": counters.rays,

@@ -61,7 +61,7 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         "lights": lights,
         "lights_lit": scene.lights.len(),
         "emissive_texels": scene.report.emissive_texels,
-        "emissive_triangles": scene.emitters.triangles.len(),
+        "emissive_triangles": scene.emitters.list.len(),
         "leafs": bsp.leafs.len(),
         "models": bsp.models.len(),
         "bounds": bounds,

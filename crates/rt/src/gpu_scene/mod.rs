@@ -1,5 +1,7 @@
 //! A scene in device memory: flat buffers, textures and acceleration structures.
 
+mod emitters;
+
 use crate::abi;
 use crate::vk::{
     Blas, BlasGeometry, BlasInput, Buffer, Device, Error, Image, Location, Recording, Timing, Tlas,
@@ -67,35 +69,23 @@ impl GpuScene {
                 triangles.push(triangle(mesh, &t, &Affine3A::IDENTITY));
             }
         }
-        let emitters: Vec<_> = scene
-            .emitters
-            .triangles
-            .iter()
-            .map(|e| {
-                let placed = &scene.instances[e.instance as usize];
-                let mesh = &scene.meshes[placed.mesh];
-                triangle(
-                    mesh,
-                    &mesh.triangles[e.triangle as usize],
-                    &placed.transform,
-                )
-            })
-            .collect();
         let alias: Vec<_> = (scene.emitters.alias.iter())
             .map(|&(keep, other)| abi::AliasEntry { keep, other })
             .collect();
         let total = scene.emitters.total_weight;
         let inv_total_weight = if total > 0.0 { 1.0 / total } else { 0.0 };
+        let emitters = emitters::tables(scene, inv_total_weight);
         let lights: Vec<_> = scene
             .lights
             .iter()
             .map(|l| light(l, inv_total_weight))
             .collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
-        let (emitter_numbers, emitter_starts) = emitter_numbers(scene);
+        let (source_numbers, source_starts) =
+            (scene.emitters).sources_by_triangle(&scene.meshes, &scene.instances);
         let instances: Vec<_> = (scene.instances.iter())
-            .zip(emitter_starts)
-            .map(|(i, emitter_start)| {
+            .zip(source_starts)
+            .map(|(i, source_start)| {
                 let (part, mesh) = (&parts[i.mesh], &scene.meshes[i.mesh]);
                 let alpha_base = part.triangle_base + part.first_alpha;
                 // A mesh of alpha-tested triangles alone has them as geometry 0.
@@ -108,7 +98,7 @@ impl GpuScene {
                 abi::Instance {
                     opaque_base,
                     alpha_base,
-                    emitter_offset: emitter_start.wrapping_sub(part.triangle_base),
+                    source_offset: source_start.wrapping_sub(part.triangle_base),
                     ..placement(&i.transform)
                 }
             })
@@ -140,7 +130,6 @@ impl GpuScene {
         let positions = staging.add(device, "positions", BUILD_INPUT, &positions)?;
         let indices = staging.add(device, "indices", BUILD_INPUT, &indices)?;
         let triangles = staging.add(device, "triangles", Usage::STORAGE_BUFFER, &triangles)?;
-        let emitter_buffer = staging.add(device, "emitters", Usage::STORAGE_BUFFER, &emitters)?;
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
@@ -148,19 +137,32 @@ impl GpuScene {
         let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
         let cell_entries =
             staging.add(device, "cell lists", Usage::STORAGE_BUFFER, &cell_entries)?;
-        let emitter_numbers = staging.add(
-            device,
-            "emitter numbers",
-            Usage::STORAGE_BUFFER,
-            &emitter_numbers,
+        let mut table = |name, data: &[u8]| staging.add(device, name, Usage::STORAGE_BUFFER, data);
+        let emitter_list = table("emitters", bytemuck::cast_slice(&emitters.list))?;
+        let sources = table("sources", bytemuck::cast_slice(&emitters.sources))?;
+        let source_triangles = table(
+            "emitting triangles",
+            bytemuck::cast_slice(&emitters.triangles),
         )?;
+        let maps = table("emission maps", bytemuck::cast_slice(&emitters.maps))?;
+        let texel_tables = table("emitting texels", bytemuck::cast_slice(&emitters.texels))?;
+        let emitter_numbers = table(
+            "emitter numbers",
+            bytemuck::cast_slice(&scene.emitters.numbers),
+        )?;
+        let source_numbers = table("source numbers", bytemuck::cast_slice(&source_numbers))?;
         let instance_buffer =
             staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
         let mut data = abi::SceneData {
             triangles: triangles.address(),
             instances: instance_buffer.address(),
             materials: materials.address(),
-            emitters: emitter_buffer.address(),
+            emitters: emitter_list.address(),
+            sources: sources.address(),
+            source_triangles: source_triangles.address(),
+            maps: maps.address(),
+            texel_tables: texel_tables.address(),
+            source_numbers: source_numbers.address(),
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
             cell_nodes: cell_nodes.address(),
@@ -168,9 +170,8 @@ impl GpuScene {
             cell_entries: cell_entries.address(),
             emitter_numbers: emitter_numbers.address(),
             cell_fallback: scene::cells::FALLBACK,
-            emitter_count: emitters.len() as u32,
+            emitter_count: emitters.list.len() as u32,
             entry_count: alias.len() as u32,
-            inv_total_weight,
             sky_scale: scene.sky.scale,
             ..abi::SceneData::zeroed()
         };
@@ -225,7 +226,12 @@ impl GpuScene {
             instance_buffer: instance_buffer.clone(),
             _buffers: vec![
                 triangles,
-                emitter_buffer,
+                emitter_list,
+                sources,
+                source_triangles,
+                maps,
+                texel_tables,
+                source_numbers,
                 alias_buffer,
                 light_buffer,
                 materials,
@@ -256,7 +262,7 @@ impl GpuScene {
             *record = abi::Instance {
                 opaque_base: record.opaque_base,
                 alpha_base: record.alpha_base,
-                emitter_offset: record.emitter_offset,
+                source_offset: record.source_offset,
                 ..placement(transform)
             };
         }
@@ -357,21 +363,6 @@ fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
         uv1: t.uv[1],
         uv2: t.uv[2],
     }
-}
-
-/// For each triangle of each instance the number of its emitter, and where each instance's begin.
-fn emitter_numbers(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = Vec::with_capacity(scene.instances.len());
-    let mut count = 0;
-    for instance in &scene.instances {
-        starts.push(count as u32);
-        count += scene.meshes[instance.mesh].triangles.len();
-    }
-    let mut numbers = vec![abi::NO_EMITTER; count];
-    for (number, emitter) in scene.emitters.triangles.iter().enumerate() {
-        numbers[(starts[emitter.instance as usize] + emitter.triangle) as usize] = number as u32;
-    }
-    (numbers, starts)
 }
 
 /// An instance's record without the indices of its triangles.
