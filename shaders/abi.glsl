@@ -21,6 +21,12 @@ const uint SELECTION_POWER = 0u;
 const uint SELECTION_UNIFORM = 1u;
 // Selection: by the list of the cell a point lies in.
 const uint SELECTION_LEAF = 2u;
+// Selection: by the tree over all lights.
+const uint SELECTION_TREE = 3u;
+// Flag of a tree node's child: a light, not a node.
+const uint LEAF = 2147483648u;
+// Trail of a light that is not in the tree.
+const uint NO_TRAIL = 4294967295u;
 // Flag of a cell node's child: a cell, not a node.
 const uint CELL = 2147483648u;
 // Number of the emitter or source where there is none.
@@ -87,6 +93,7 @@ layout(buffer_reference) buffer EmitterRef;
 layout(buffer_reference) buffer SourceRef;
 layout(buffer_reference) buffer EmissionMapRef;
 layout(buffer_reference) buffer AliasRef;
+layout(buffer_reference) buffer TreeNodeRef;
 layout(buffer_reference) buffer CellNodeRef;
 layout(buffer_reference) buffer CellRef;
 layout(buffer_reference) buffer CellEntryRef;
@@ -211,6 +218,24 @@ struct AliasEntry {
     uint other;
 };
 
+// A group of lights.
+struct TreeNode {
+    // Middle of its bounds, world space.
+    vec3 centre;
+    // Squared distance from there to a corner.
+    float radius2;
+    // Axis of the cone of directions that its lights face.
+    vec3 axis;
+    // Cosine of the cone's half angle; -1 if some light shines to all sides.
+    float cos_cone;
+    // Sum of the weights.
+    float weight;
+    // The second child (the first one is the next node), or a light with the flag LEAF.
+    uint child;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uvec2 padding;
+};
+
 // A split of space by a plane.
 struct CellNode {
     // Unit normal.
@@ -291,6 +316,10 @@ struct SceneData {
     AliasRef alias;
     // Point lights.
     LightRef lights;
+    // Tree over all lights.
+    TreeNodeRef tree;
+    // The way down to each light, second children as bits from the lowest.
+    NumberRef trails;
     // Splits of space into cells.
     CellNodeRef cell_nodes;
     // Cells.
@@ -420,6 +449,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Emi
 // Alias table over emitters, then point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AliasRef {
     AliasEntry at[];
+};
+
+// Nodes of the tree over all lights, the root first.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TreeNodeRef {
+    TreeNode at[];
 };
 
 // Splits of space into cells, the root first.

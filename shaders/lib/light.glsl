@@ -1,5 +1,5 @@
 // Choosing a light and a point on it. Needs bindings.glsl, sampling.glsl, surface.glsl, emitter.glsl,
-// sky.glsl.
+// light_tree.glsl, sky.glsl.
 
 struct LightSample {
     vec3 wi;           // unit direction to the light
@@ -33,9 +33,10 @@ float list_probability(Cell cell, uint emitter) {
     return 0.0;
 }
 
-// Probability with which sample_light chooses an emitter in a cell; `power` is that of the table over
-// all emitters.
-float choice_probability(uint cell_index, uint emitter, float power) {
+// Probability with which sample_light chooses an emitter at a point in a cell; `power` is that of the
+// table over all emitters.
+float choice_probability(uint cell_index, vec3 from, uint emitter, float power) {
+    if (SELECTION == SELECTION_TREE) return tree_probability(from, emitter);
     if (SELECTION == SELECTION_UNIFORM) return 1.0 / float(params.scene.at[0].entry_count);
     if (SELECTION != SELECTION_LEAF) return power;
     const Cell cell = params.scene.at[0].cells.at[cell_index];
@@ -43,17 +44,18 @@ float choice_probability(uint cell_index, uint emitter, float power) {
     return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
 }
 
-// Solid-angle density with which sample_light, in a cell, chooses a point of a surface seen from a
-// distance.
-float pdf_light(uint cell, Surface s, float squared_distance, float cos_light) {
+// Solid-angle density with which sample_light, at a point in a cell, chooses a point of a surface seen
+// from a distance.
+float pdf_light(uint cell, vec3 from, Surface s, float squared_distance, float cos_light) {
     const EmitterPoint point = emitter_at(s);
     if (point.number == NO_EMITTER) return 0.0;
     const float power = params.scene.at[0].emitters.at[point.number].probability;
-    return choice_probability(cell, point.number, power) * point.pdf_area
+    return choice_probability(cell, from, point.number, power) * point.pdf_area
         * squared_distance / max(abs(cos_light), 1e-12);
 }
 
-LightSample sample_emitter(uint number, uint cell, vec3 from, vec2 u) {
+// `chosen` is the probability of the choice where the choice told it, by the tree.
+LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2 u) {
     const Emitter emitter = params.scene.at[0].emitters.at[number];
     LightSample s;
     s.emission = vec3(0.0);
@@ -70,8 +72,9 @@ LightSample sample_emitter(uint number, uint cell, vec3 from, vec2 u) {
     const float distance = sqrt(squared);
     s.wi = to_light / distance;
     const float cos_light = -dot(t.normal, s.wi);
-    s.pdf = choice_probability(cell, number, emitter.probability) * pdf_area * squared
-        / max(abs(cos_light), 1e-12);
+    const float probability = SELECTION == SELECTION_TREE
+        ? chosen : choice_probability(cell, from, number, emitter.probability);
+    s.pdf = probability * pdf_area * squared / max(abs(cos_light), 1e-12);
     // The light's own surface must not shadow it: stop short by its error bound.
     const float error = position_error(t.p0, t.p1, t.p2, HAS_INSTANCES);
     s.t_max = max(0.0, distance - error / max(abs(cos_light), 1e-3));
@@ -86,7 +89,7 @@ LightSample sample_emitter(uint number, uint cell, vec3 from, vec2 u) {
 }
 
 // A sphere, sampled in the cone it subtends. No ray hits it, so its samples stand alone.
-LightSample sample_point_light(uint index, uint cell, vec3 from, vec2 u) {
+LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, vec2 u) {
     const Light light = params.scene.at[0].lights.at[index];
     const vec3 to_centre = light.position - from;
     const float squared = dot(to_centre, to_centre);
@@ -100,7 +103,9 @@ LightSample sample_point_light(uint index, uint cell, vec3 from, vec2 u) {
     const float cap = one_minus_cos(sin2);
     s.wi = sample_cone(axis, cap, u);
     const uint emitter = params.scene.at[0].emitter_count + index;
-    s.pdf = choice_probability(cell, emitter, light.probability) * pdf_cone(cap);
+    const float probability = SELECTION == SELECTION_TREE
+        ? chosen : choice_probability(cell, from, emitter, light.probability);
+    s.pdf = probability * pdf_cone(cap);
     // Distance to the near surface along wi.
     const float along = dot(to_centre, s.wi);
     const vec3 off = to_centre - along * s.wi;
@@ -124,29 +129,31 @@ uint choose_emitter(vec2 u) {
     return SELECTION != SELECTION_UNIFORM && u.y >= alias.keep ? alias.other : entry;
 }
 
+// One emitter by a cell's list, or by the table over all.
+uint choose_listed(uint cell_index, vec2 u) {
+    const Cell cell = params.scene.at[0].cells.at[cell_index];
+    const float fallback = cell.count == 0u ? 1.0 : params.scene.at[0].cell_fallback;
+    if (u.x < fallback) return choose_emitter(vec2(u.x / fallback, u.y));
+    const float x = (u.x - fallback) / (1.0 - fallback);
+    const uint entry = min(uint(x * float(cell.count)), cell.count - 1u);
+    const CellEntry kept = params.scene.at[0].cell_entries.at[cell.begin + entry];
+    if (u.y < kept.keep) return kept.emitter;
+    return params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
+}
+
 // One light as seen from a point in a cell: xy chooses it, zw the point on it.
-LightSample sample_light(uint cell_index, vec3 from, vec4 u) {
-    uint emitter;
-    if (SELECTION == SELECTION_LEAF) {
-        const Cell cell = params.scene.at[0].cells.at[cell_index];
-        const float fallback = cell.count == 0u ? 1.0 : params.scene.at[0].cell_fallback;
-        if (u.x < fallback) {
-            emitter = choose_emitter(vec2(u.x / fallback, u.y));
-        } else {
-            const float x = (u.x - fallback) / (1.0 - fallback);
-            const uint entry = min(uint(x * float(cell.count)), cell.count - 1u);
-            const CellEntry kept = params.scene.at[0].cell_entries.at[cell.begin + entry];
-            emitter = kept.emitter;
-            if (u.y >= kept.keep) {
-                emitter = params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
-            }
-        }
+LightSample sample_light(uint cell, vec3 from, vec4 u) {
+    uint chosen;
+    float probability = 0.0;
+    if (SELECTION == SELECTION_TREE) {
+        chosen = sample_tree(from, u.xy, probability);
+        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false);
     } else {
-        emitter = choose_emitter(u.xy);
+        chosen = SELECTION == SELECTION_LEAF ? choose_listed(cell, u.xy) : choose_emitter(u.xy);
     }
     const uint emitters = params.scene.at[0].emitter_count;
-    if (!HAS_POINT_LIGHTS || emitter < emitters) {
-        return sample_emitter(emitter, cell_index, from, u.zw);
+    if (!HAS_POINT_LIGHTS || chosen < emitters) {
+        return sample_emitter(chosen, probability, cell, from, u.zw);
     }
-    return sample_point_light(emitter - emitters, cell_index, from, u.zw);
+    return sample_point_light(chosen - emitters, probability, cell, from, u.zw);
 }

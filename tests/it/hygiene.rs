@@ -146,6 +146,10 @@ fn files_are_short_enough_to_read() {
         "shaders",
         &["glsl", "rgen", "rchit", "rahit", "rmiss", "comp"],
     ) {
+        // A generated registry is as long as what it lists.
+        if path.ends_with("abi.glsl") {
+            continue;
+        }
         assert!(
             text.lines().count() <= 500,
             "{} is too long",

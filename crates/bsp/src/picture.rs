@@ -444,7 +444,7 @@ mod tests {
             broken.expect_err("no picture").to_string(),
             "sky/dn.pcx: picture: found a file of no known kind, allowed is TGA, PNG, JPEG or PCX"
         );
-        assert!(find("sky/rt", &files, &limits).is_none());
+        assert!(find("sky/lf", &files, &limits).is_none());
     }
 
     #[test]

@@ -4,6 +4,8 @@ use crate::rng::Rng;
 use glam::DVec3;
 use scene::Scene;
 use scene::cells::{CELL, Cell, CellEntry, FALLBACK};
+use scene::emitter::LightTree;
+use scene::emitter::tree::{LEAF, NO_TRAIL, TreeNode};
 use scene::render::Selection;
 
 /// How lights are chosen at one point.
@@ -13,6 +15,8 @@ pub(crate) enum Choice<'a> {
     Power(&'a [(f32, u32)]),
     /// Among so many alike.
     Uniform(usize),
+    /// By the tree, as seen from a point.
+    Tree { tree: &'a LightTree, from: DVec3 },
     /// By a list, or the table over all if chance says so.
     List {
         list: &'a [CellEntry],
@@ -27,6 +31,11 @@ impl<'a> Choice<'a> {
         match selection {
             Selection::Uniform => Self::Uniform(all.len()),
             Selection::Power => Self::Power(all),
+            Selection::Tree if scene.emitters.tree.nodes.is_empty() => Self::Power(all),
+            Selection::Tree => Self::Tree {
+                tree: &scene.emitters.tree,
+                from: point,
+            },
             Selection::Leaf => match list_at(scene, point) {
                 [] => Self::Power(all),
                 list => Self::List { list, all },
@@ -34,20 +43,21 @@ impl<'a> Choice<'a> {
         }
     }
 
-    /// Chooses an emitter by its number.
-    pub fn sample(&self, rng: &mut Rng) -> usize {
-        match *self {
+    /// Chooses an emitter by its number; `None` if none can light the point.
+    pub fn sample(&self, rng: &mut Rng) -> Option<usize> {
+        Some(match *self {
             Self::Power(all) => sample_alias(all, rng.next()),
             Self::Uniform(count) => ((rng.next() * count as f64) as usize).min(count - 1),
+            Self::Tree { tree, from } => return sample_tree(tree, from, rng),
             Self::List { list, all } => {
                 if rng.next() < f64::from(FALLBACK) {
-                    return sample_alias(all, rng.next());
+                    return Some(sample_alias(all, rng.next()));
                 }
                 let of = |e: &CellEntry| (e.keep, e.other);
                 let entry = sample_table(list.len(), |i| of(&list[i]), rng.next());
                 list[entry].emitter as usize
             }
-        }
+        })
     }
 
     /// Probability with which an emitter is chosen; `power` is its share of the power.
@@ -55,6 +65,7 @@ impl<'a> Choice<'a> {
         match self {
             Self::Power(_) => power,
             Self::Uniform(count) => 1.0 / *count as f64,
+            Self::Tree { tree, from } => tree_probability(tree, *from, emitter),
             Self::List { list, .. } => {
                 let found = list.binary_search_by_key(&emitter, |e| e.emitter);
                 let listed = found.map_or(0.0, |i| f64::from(list[i].probability));
@@ -79,6 +90,71 @@ fn list_at(scene: &Scene, point: DVec3) -> &[CellEntry] {
     }
     let Cell { begin, count } = cells.cells[(at & !CELL) as usize];
     &cells.entries[begin as usize..][..count as usize]
+}
+
+/// Goes down the tree by chance.
+fn sample_tree(tree: &LightTree, from: DVec3, rng: &mut Rng) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        let child = tree.nodes[at].child;
+        if child & LEAF != 0 {
+            return Some((child & !LEAF) as usize);
+        }
+        let share = share_of_second(tree, at, from)?;
+        at = if rng.next() < share {
+            child as usize
+        } else {
+            at + 1
+        };
+    }
+}
+
+/// Probability with which [`sample_tree`] comes to a light.
+fn tree_probability(tree: &LightTree, from: DVec3, light: u32) -> f64 {
+    let mut trail = tree.trails[light as usize];
+    if trail == NO_TRAIL {
+        return 0.0;
+    }
+    let (mut at, mut probability) = (0, 1.0);
+    while tree.nodes[at].child & LEAF == 0 {
+        let Some(share) = share_of_second(tree, at, from) else {
+            return 0.0;
+        };
+        let takes_second = trail & 1 == 1;
+        probability *= if takes_second { share } else { 1.0 - share };
+        at = if takes_second {
+            tree.nodes[at].child as usize
+        } else {
+            at + 1
+        };
+        trail >>= 1;
+    }
+    probability
+}
+
+/// Probability to take the second child of a group; `None` if neither can light the point.
+fn share_of_second(tree: &LightTree, at: usize, from: DVec3) -> Option<f64> {
+    let first = importance(&tree.nodes[at + 1], from);
+    let second = importance(&tree.nodes[tree.nodes[at].child as usize], from);
+    let both = first + second;
+    (both > 0.0).then(|| second / both)
+}
+
+/// How much a group may matter at a point; see [`LightTree`].
+fn importance(node: &TreeNode, from: DVec3) -> f64 {
+    let (min, max) = (node.min.as_dvec3(), node.max.as_dvec3());
+    let to_point = from - 0.5 * (min + max);
+    let radius2 = (0.5 * (max - min)).length_squared();
+    let distance2 = to_point.length_squared();
+    let weight = f64::from(node.weight) / distance2.max(radius2).max(f64::MIN_POSITIVE);
+    if node.cos_cone <= -1.0 || distance2 <= radius2 {
+        return weight;
+    }
+    // Angles at the middle: to the point from the axis, the cone's, and that of the bounds' sphere.
+    let away = node.axis.as_dvec3().angle_between(to_point);
+    let cone = f64::from(node.cos_cone).clamp(-1.0, 1.0).acos();
+    let bounds = (radius2 / distance2).sqrt().asin();
+    weight * (away - cone - bounds).max(0.0).cos().max(0.0)
 }
 
 /// Chooses an entry of an alias table by one number in `0..1`.

@@ -43,7 +43,9 @@ pub(crate) fn sample_light(
     if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
         return LightSample::default();
     }
-    let entry = choice.sample(rng);
+    let Some(entry) = choice.sample(rng) else {
+        return LightSample::default();
+    };
     let u = rng.next2();
     let candidate = match entry.checked_sub(emitters.list.len()) {
         None => sample_emitter(world, estimator, choice, point, entry as u32, u),

@@ -6,7 +6,8 @@ use crate::shading::{point_error, scroll_uv, spawn_origin, srgb_to_linear, texel
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use scene::cells::{CELL, Cell, CellNode, LightCells};
-use scene::emitter::{Emitters, NO_EMITTER, Numbering, Shape};
+use scene::emitter::tree::LEAF;
+use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
@@ -441,7 +442,24 @@ fn emitters_are_valid(emitters: &Emitters) -> bool {
         }
     });
     let exist = |&n: &u32| n == NO_EMITTER || (n as usize) < list.len();
-    maps_are_whole && listed && numbered && numbers.iter().all(exist)
+    tree_is_valid(&emitters.tree, emitters.alias.len())
+        && maps_are_whole
+        && listed
+        && numbered
+        && numbers.iter().all(exist)
+}
+
+/// Whether every way down the tree ends in a light, where its trail leads.
+fn tree_is_valid(tree: &LightTree, lights: usize) -> bool {
+    let nodes = &tree.nodes;
+    let children_follow = nodes.iter().enumerate().all(|(i, n)| {
+        let child = (n.child & !LEAF) as usize;
+        match n.child & LEAF {
+            0 => child > i + 1 && child < nodes.len(),
+            _ => child < lights,
+        }
+    });
+    children_follow && (nodes.is_empty() || tree.trails.len() == lights)
 }
 
 /// Whether every way through the cells ends in a list of emitters that exist.

@@ -122,6 +122,12 @@ abi! {
         SELECTION_UNIFORM: uint = 1;
         /// Selection: by the list of the cell a point lies in.
         SELECTION_LEAF: uint = 2;
+        /// Selection: by the tree over all lights.
+        SELECTION_TREE: uint = 3;
+        /// Flag of a tree node's child: a light, not a node.
+        LEAF: uint = 0x8000_0000;
+        /// Trail of a light that is not in the tree.
+        NO_TRAIL: uint = 0xffff_ffff;
         /// Flag of a cell node's child: a cell, not a node.
         CELL: uint = 0x8000_0000;
         /// Number of the emitter or source where there is none.
@@ -196,6 +202,8 @@ abi! {
         EmissionMapRef => readonly EmissionMap, align "4";
         /// Alias table over emitters, then point lights.
         AliasRef => readonly AliasEntry, align "8";
+        /// Nodes of the tree over all lights, the root first.
+        TreeNodeRef => readonly TreeNode, align "16";
         /// Splits of space into cells, the root first.
         CellNodeRef => readonly CellNode, align "16";
         /// Cells.
@@ -325,6 +333,23 @@ abi! {
             /// The entry to take otherwise.
             other: uint,
         }
+        /// A group of lights.
+        TreeNode {
+            /// Middle of its bounds, world space.
+            centre: vec3,
+            /// Squared distance from there to a corner.
+            radius2: float,
+            /// Axis of the cone of directions that its lights face.
+            axis: vec3,
+            /// Cosine of the cone's half angle; -1 if some light shines to all sides.
+            cos_cone: float,
+            /// Sum of the weights.
+            weight: float,
+            /// The second child (the first one is the next node), or a light with the flag LEAF.
+            child: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uvec2,
+        }
         /// A split of space by a plane.
         CellNode {
             /// Unit normal.
@@ -401,6 +426,10 @@ abi! {
             alias: AliasRef,
             /// Point lights.
             lights: LightRef,
+            /// Tree over all lights.
+            tree: TreeNodeRef,
+            /// The way down to each light, second children as bits from the lowest.
+            trails: NumberRef,
             /// Splits of space into cells.
             cell_nodes: CellNodeRef,
             /// Cells.
@@ -509,6 +538,7 @@ mod tests {
         assert_eq!(size_of::<Emitter>(), 32);
         assert_eq!(size_of::<Source>(), 32);
         assert_eq!(size_of::<CellNode>(), 32);
+        assert_eq!(size_of::<TreeNode>(), 48);
         assert_eq!(size_of::<CellEntry>(), 16);
         assert_eq!(size_of::<LoggedRay>(), 32);
         assert_eq!(size_of::<Escape>(), 32);

@@ -43,8 +43,11 @@ impl Estimator {
 pub enum Selection {
     /// In proportion to the estimated power, by one alias table over the level.
     Power,
-    /// Every emissive triangle and every point light alike.
+    /// Every emitter and every point light alike.
     Uniform,
+    /// By the tree over all lights ([`crate::emitter::LightTree`]): power, distance and the
+    /// direction lights face, for very many lights in one place.
+    Tree,
     /// By the lists of [`crate::LightCells`]: what may be seen from where, by power over squared
     /// distance, and in a tenth of the cases by power. By power where a scene has no lists.
     #[default]
@@ -53,7 +56,7 @@ pub enum Selection {
 
 impl Selection {
     /// All selections.
-    pub const ALL: [Self; 3] = [Self::Power, Self::Uniform, Self::Leaf];
+    pub const ALL: [Self; 4] = [Self::Power, Self::Uniform, Self::Tree, Self::Leaf];
 
     /// The name on the command line and in files.
     #[must_use]
@@ -61,6 +64,7 @@ impl Selection {
         match self {
             Self::Power => "power",
             Self::Uniform => "uniform",
+            Self::Tree => "tree",
             Self::Leaf => "leaf",
         }
     }

@@ -3,6 +3,7 @@
 use super::{triangle, wound};
 use crate::abi;
 use scene::Scene;
+use scene::emitter::tree::TreeNode;
 use scene::emitter::{Emitter, Numbering, Shape, Source};
 
 /// The tables of a scene's emitters.
@@ -14,6 +15,8 @@ pub(super) struct Tables {
     pub maps: Vec<abi::EmissionMap>,
     /// Sums and labels of all maps.
     pub texels: Vec<u32>,
+    /// Tree over all lights.
+    pub tree: Vec<abi::TreeNode>,
 }
 
 /// Makes the tables; `inv_total_weight` turns weights into probabilities.
@@ -52,6 +55,20 @@ pub(super) fn tables(scene: &Scene, inv_total_weight: f32) -> Tables {
         triangles,
         maps,
         texels,
+        tree: emitters.tree.nodes.iter().map(tree_node).collect(),
+    }
+}
+
+fn tree_node(n: &TreeNode) -> abi::TreeNode {
+    let centre = 0.5 * (n.min + n.max);
+    abi::TreeNode {
+        centre: centre.to_array(),
+        radius2: (n.max - centre).length_squared(),
+        axis: n.axis.to_array(),
+        cos_cone: n.cos_cone,
+        weight: n.weight,
+        child: n.child,
+        padding: [0; 2],
     }
 }
 

@@ -25,6 +25,8 @@ pub struct GpuScene {
     pub(crate) sky: u32,
     /// Whether there are lists of lights by cell.
     pub(crate) has_cells: bool,
+    /// Whether there is a tree over all lights.
+    pub(crate) has_tree: bool,
     /// Longest ray that stays within the scene's bounds.
     pub(crate) bounds: (Vec3, Vec3),
     /// GPU times of building and compacting the bottom-level structures and of the first top level.
@@ -146,6 +148,8 @@ impl GpuScene {
         )?;
         let maps = table("emission maps", bytemuck::cast_slice(&emitters.maps))?;
         let texel_tables = table("emitting texels", bytemuck::cast_slice(&emitters.texels))?;
+        let tree = table("light tree", bytemuck::cast_slice(&emitters.tree))?;
+        let trails = table("trails", bytemuck::cast_slice(&scene.emitters.tree.trails))?;
         let emitter_numbers = table(
             "emitter numbers",
             bytemuck::cast_slice(&scene.emitters.numbers),
@@ -162,6 +166,8 @@ impl GpuScene {
             source_triangles: source_triangles.address(),
             maps: maps.address(),
             texel_tables: texel_tables.address(),
+            tree: tree.address(),
+            trails: trails.address(),
             source_numbers: source_numbers.address(),
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
@@ -219,6 +225,7 @@ impl GpuScene {
             features: scene.features,
             sky,
             has_cells: !scene.cells.is_empty(),
+            has_tree: !scene.emitters.tree.nodes.is_empty(),
             bounds: (scene.bounds_min, scene.bounds_max),
             timings,
             blas_bytes: blas.iter().map(|b| b.size()).sum(),
@@ -231,6 +238,8 @@ impl GpuScene {
                 source_triangles,
                 maps,
                 texel_tables,
+                tree,
+                trails,
                 source_numbers,
                 alias_buffer,
                 light_buffer,

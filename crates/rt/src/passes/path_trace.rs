@@ -84,7 +84,8 @@ impl PathTrace {
             u32::from(kind == Kind::LogRays),
             match settings.selection {
                 Selection::Leaf if scene.has_cells => abi::SELECTION_LEAF,
-                Selection::Power | Selection::Leaf => abi::SELECTION_POWER,
+                Selection::Tree if scene.has_tree => abi::SELECTION_TREE,
+                Selection::Power | Selection::Leaf | Selection::Tree => abi::SELECTION_POWER,
                 Selection::Uniform => abi::SELECTION_UNIFORM,
             },
         ]);

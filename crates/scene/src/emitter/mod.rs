@@ -3,9 +3,11 @@
 mod alias;
 mod list;
 mod map;
+pub mod tree;
 
 pub(crate) use alias::alias_table;
 pub use map::{EmissionMap, Rectangle};
+pub use tree::LightTree;
 
 use crate::light::PointLight;
 use crate::material::{Material, MaterialId, Texture};
@@ -115,7 +117,8 @@ pub enum Numbering {
 /// In [`Emitters::numbers`]: no emitter there.
 pub const NO_EMITTER: u32 = u32::MAX;
 
-/// Everything that can be chosen as a light, with one alias table over the estimated powers.
+/// Everything that can be chosen as a light, with one alias table over the estimated powers and a tree
+/// by place.
 ///
 /// The table's entries are the emitters, then the point lights of the scene. An entry is chosen with
 /// probability `weight / total_weight`.
@@ -134,6 +137,8 @@ pub struct Emitters {
     pub alias: Vec<(f32, u32)>,
     /// Sum of all weights; 0 if nothing emits.
     pub total_weight: f32,
+    /// Tree over the entries.
+    pub tree: LightTree,
 }
 
 impl Emitters {
@@ -148,7 +153,7 @@ impl Emitters {
         list::list(meshes, instances, materials, textures)
     }
 
-    /// Builds the alias table over the emitters and `lights`.
+    /// Builds the alias table and the tree over the emitters and `lights`.
     #[must_use]
     pub fn with_lights(mut self, lights: &[PointLight]) -> Self {
         let weights: Vec<f64> = (self.list.iter().map(|e| e.weight))
@@ -158,6 +163,7 @@ impl Emitters {
         let total: f64 = weights.iter().sum();
         self.alias = alias_table(&weights, total);
         self.total_weight = total as f32;
+        self.tree = LightTree::new(&self.list, lights);
         self
     }
 

@@ -162,6 +162,8 @@ pub enum SelectionName {
     Power,
     /// Every light alike
     Uniform,
+    /// By a tree over all lights: power, distance and the way they face
+    Tree,
     /// What may be seen from a place, by power over squared distance; by power for a tenth
     Leaf,
 }
@@ -171,6 +173,7 @@ impl From<SelectionName> for Selection {
         match name {
             SelectionName::Power => Self::Power,
             SelectionName::Uniform => Self::Uniform,
+            SelectionName::Tree => Self::Tree,
             // Where there are no lists it is by power.
             SelectionName::Auto | SelectionName::Leaf => Self::Leaf,
         }
