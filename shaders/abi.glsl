@@ -43,6 +43,10 @@ const uint MATERIAL_WARPED = 4u;
 const uint MATERIAL_SKY = 8u;
 // Material flag: has an emission texture.
 const uint MATERIAL_EMISSIVE = 16u;
+// Material flag: light passes straight through, in part; see its finish.
+const uint MATERIAL_TRANSLUCENT = 32u;
+// Number of a material that stands for free space.
+const uint NO_MEDIUM = 4294967295u;
 // Sky kinds: none, the same everywhere, two scrolling layers.
 const uint SKY_NONE = 0u;
 // See `SKY_NONE`.
@@ -89,6 +93,7 @@ const uint RAY_SHADOW = 2u;
 layout(buffer_reference) buffer TriangleRef;
 layout(buffer_reference) buffer InstanceRef;
 layout(buffer_reference) buffer MaterialRef;
+layout(buffer_reference) buffer FinishRef;
 layout(buffer_reference) buffer EmitterRef;
 layout(buffer_reference) buffer SourceRef;
 layout(buffer_reference) buffer EmissionMapRef;
@@ -210,6 +215,18 @@ struct EmissionMap {
     uint height;
 };
 
+// What a surface is besides an opaque Lambertian reflector.
+struct Finish {
+    // What of the light that passes the interface is left.
+    vec3 tint;
+    // Coverage with paint.
+    float alpha;
+    // Absorption behind the front, per world unit.
+    vec3 absorption;
+    // Index of refraction of the interface.
+    float ior;
+};
+
 // One entry of the alias table.
 struct AliasEntry {
     // Probability to keep this entry.
@@ -298,6 +315,8 @@ struct SceneData {
     InstanceRef instances;
     // Materials.
     MaterialRef materials;
+    // Finishes.
+    FinishRef finishes;
     // Emitters.
     EmitterRef emitters;
     // Triangles they lie on.
@@ -412,8 +431,8 @@ struct PathTraceParams {
     uvec2 seed;
     // Rays logged per pixel at most.
     uint ray_log_length;
-    // Unused, keeps the size a multiple of 8 bytes.
-    uint padding;
+    // Material whose absorption fills the space at the eye, or NO_MEDIUM.
+    uint medium;
 };
 
 // Triangles of all meshes, or those that emit in world space.
@@ -429,6 +448,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer In
 // Materials, by material id.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer MaterialRef {
     Material at[];
+};
+
+// Finishes, by material id.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer FinishRef {
+    Finish at[];
 };
 
 // Emitters.

@@ -12,3 +12,12 @@ struct HitPayload {
 struct ShadowPayload {
     bool visible;
 };
+
+// A shadow ray where light passes through surfaces. Sums and products alone: the order in which they
+// are met is the device's affair.
+struct TransmittancePayload {
+    vec3 surfaces;  // product of what each surface lets through
+    vec3 depth;     // optical depth that each adds, up to the ray's end; what they enclose
+    float t_max;    // length of the ray
+    bool visible;   // nothing opaque was hit
+};

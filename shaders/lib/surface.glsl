@@ -66,21 +66,28 @@ float position_error(vec3 p0, vec3 p1, vec3 p2, bool placed) {
     return HALF_ULP * (placed ? 48.0 : 32.0) * largest;
 }
 
+mat4x3 to_world(uint instance_word) {
+    const Instance instance = params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX];
+    return transpose(mat3x4(instance.row0, instance.row1, instance.row2));
+}
+
+// The cofactor matrix, with the sign of the determinant, keeps normals on their side under any
+// transform, mirrors included.
+vec3 placed_normal(mat4x3 place, vec3 normal) {
+    const vec3 x = place[0], y = place[1], z = place[2];
+    const vec3 n = mat3(cross(y, z), cross(z, x), cross(x, y)) * normal;
+    return normalize(n * sign(dot(cross(x, y), z)));
+}
+
 Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     Triangle t = params.scene.at[0].triangles.at[triangle_index];
     const bool placed = HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u;
     if (placed) {
-        const Instance instance =
-            params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX];
-        const mat4x3 to_world = transpose(mat3x4(instance.row0, instance.row1, instance.row2));
-        t.p0 = to_world * vec4(t.p0, 1.0);
-        t.p1 = to_world * vec4(t.p1, 1.0);
-        t.p2 = to_world * vec4(t.p2, 1.0);
-        // The cofactor matrix, with the sign of the determinant, keeps normals on their side under
-        // any transform, mirrors included.
-        const vec3 x = to_world[0], y = to_world[1], z = to_world[2];
-        const vec3 n = mat3(cross(y, z), cross(z, x), cross(x, y)) * t.normal;
-        t.normal = normalize(n * sign(dot(cross(x, y), z)));
+        const mat4x3 place = to_world(instance_word);
+        t.p0 = place * vec4(t.p0, 1.0);
+        t.p1 = place * vec4(t.p1, 1.0);
+        t.p2 = place * vec4(t.p2, 1.0);
+        t.normal = placed_normal(place, t.normal);
     }
     const Material material = params.scene.at[0].materials.at[t.material];
     const vec2 b = barycentrics;

@@ -3,7 +3,7 @@
 
 use glam::{Affine3A, Vec3};
 use runelight_tests::builder::{Builder, camera, settings};
-use runelight_tests::scenes::{room, room_view, scrolling};
+use runelight_tests::scenes::{pool, pool_views, room, room_view, scrolling};
 use scene::render::{Estimator, Film};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, scroll_uv};
 
@@ -24,12 +24,22 @@ fn z_scores(a: &Film, b: &Film) -> Vec<f64> {
 
 #[test]
 fn all_estimators_converge_to_the_same_picture() {
-    let scene = room();
-    for depth in [2, 4, 0] {
+    check_estimators(&room(), &room_view(), &[2, 4, 0]);
+}
+
+#[test]
+fn all_estimators_see_the_same_through_water_and_glass() {
+    for view in pool_views() {
+        check_estimators(&pool(), &view, &[2, 0]);
+    }
+}
+
+fn check_estimators(scene: &std::sync::Arc<scene::Scene>, view: &scene::Camera, depths: &[u32]) {
+    for &depth in depths {
         let films = Estimator::ALL.map(|estimator| {
-            let mut s = settings(room_view(), 16, estimator, depth);
+            let mut s = settings(view.clone(), 16, estimator, depth);
             s.time = 1.3;
-            let film = render(&scene, &s, 300);
+            let film = render(scene, &s, 300);
             assert_eq!((film.counters.nonfinite, film.counters.escaped), (0, 0));
             film
         });

@@ -151,7 +151,8 @@ fn files_are_short_enough_to_read() {
             continue;
         }
         assert!(
-            text.lines().count() <= 500,
+            // What is generated is not read.
+            path.ends_with("abi.glsl") || text.lines().count() <= 500,
             "{} is too long",
             path.display()
         );

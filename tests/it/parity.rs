@@ -3,6 +3,7 @@
 use runelight_tests::builder::settings;
 use runelight_tests::devices::{Device, render};
 use runelight_tests::levels;
+use runelight_tests::scenes::{pool, pool_views};
 use runelight_tests::stats::ZTest;
 use scene::Scene;
 use scene::import::LightMode;
@@ -36,6 +37,16 @@ fn check_devices(scene: &Arc<Scene>) {
 #[test]
 fn the_devices_agree_on_the_sample_level() {
     check_devices(&levels::sample(LightMode::Auto));
+}
+
+#[test]
+fn the_devices_agree_through_water_and_glass() {
+    let mut scene = Arc::unwrap_or_clone(pool());
+    for (i, view) in pool_views().into_iter().enumerate() {
+        scene.name = format!("pool {i}");
+        scene.cameras = vec![view];
+        check_devices(&Arc::new(scene.clone()));
+    }
 }
 
 #[test]

@@ -66,3 +66,75 @@ pub fn room() -> Arc<Scene> {
 pub fn room_view() -> scene::Camera {
     camera(Vec3::new(0.0, -30.0, 5.0), 20.0, 80.0, 100.0)
 }
+
+/// The camera's space is filled with what this material absorbs, below the height `top`.
+pub fn fill_below(b: &mut Builder, top: f32, material: scene::MaterialId) {
+    b.scene.media.nodes = vec![scene::cells::CellNode {
+        normal: Vec3::Z,
+        distance: top,
+        children: [scene::cells::CELL, scene::cells::CELL | (material.0 + 1)],
+    }];
+}
+
+/// A room half full of water: a lamp below the surface and one above, a skylight, a pane of coloured
+/// glass, a glowing sheet that light passes, and bars in the water.
+#[must_use]
+pub fn pool() -> Arc<Scene> {
+    let mut b = Builder::new();
+    let (wall, sky, lamp) = (b.plain(170, 0.0), b.sky(0.5), b.plain(90, 5.0));
+    let colours = vec![[200, 160, 90, 255], [90, 160, 200, 255]];
+    let (base, glow) = (b.texture(2, colours.clone()), b.texture(2, colours));
+    let water = b.material(base, None, 0.0);
+    *b.edit(water) = scene::Material {
+        warped: true,
+        two_sided: true,
+        finish: scene::Finish {
+            alpha: 0.25,
+            ior: 1.33,
+            tint: Vec3::ONE,
+            absorption: Vec3::new(0.02, 0.01, 0.004),
+        },
+        ..b.edit(water).clone()
+    };
+    let glass = b.plain(200, 0.0);
+    b.edit(glass).finish = scene::Finish {
+        alpha: 0.1,
+        ior: 1.5,
+        tint: Vec3::new(0.5, 0.9, 0.7),
+        absorption: Vec3::ZERO,
+    };
+    let sheet = b.material(base, Some(glow), 1.0);
+    b.edit(sheet).two_sided = true;
+    b.edit(sheet).finish = scene::Finish {
+        alpha: 0.5,
+        ior: 1.33,
+        ..scene::Finish::default()
+    };
+    let holes = b.texture(
+        2,
+        vec![[150, 140, 130, 255], [0; 4], [0; 4], [150, 140, 130, 255]],
+    );
+    let bars = b.material(holes, None, 0.0);
+    b.edit(bars).alpha_tested = true;
+    let walls = [wall, wall, wall, wall, wall, sky];
+    b.cuboid(Vec3::splat(-40.0), Vec3::splat(40.0), true, walls);
+    b.slab(Vec3::ZERO, [40.0; 2], true, water, [128.0; 2]);
+    b.slab(Vec3::new(20., 10., -25.), [9.0, 7.0], false, lamp, [1.0; 2]);
+    b.slab(Vec3::new(-20., 15., 30.), [8.0; 2], false, lamp, [1.0; 2]);
+    b.slab(Vec3::new(0., 10., -12.), [20.0; 2], true, bars, [9.0; 2]);
+    b.slab(Vec3::new(10., 20., 15.), [12.0; 2], true, sheet, [3.0; 2]);
+    let (min, max) = (Vec3::new(-30., -5., -15.), Vec3::new(0., -2., 25.));
+    b.cuboid(min, max, false, [glass; 6]);
+    fill_below(&mut b, 0.0, water);
+    b.scene.sky = scrolling(&mut b);
+    b.build()
+}
+
+/// Views of the [`pool`] from above the water and from below.
+#[must_use]
+pub fn pool_views() -> [scene::Camera; 2] {
+    [
+        camera(Vec3::new(5.0, -35.0, 20.0), 35.0, 95.0, 100.0),
+        camera(Vec3::new(-25.0, -30.0, -20.0), -10.0, 60.0, 100.0),
+    ]
+}

@@ -69,6 +69,7 @@ impl Builder {
             alpha_tested: false,
             two_sided: false,
             warped: false,
+            finish: scene::Finish::default(),
         })
     }
 
@@ -189,10 +190,10 @@ impl Builder {
     pub fn build(mut self) -> Arc<Scene> {
         let scene = &mut self.scene;
         self.triangles
-            .sort_by_key(|t| scene.materials[t.material.0 as usize].alpha_tested);
+            .sort_by_key(|t| scene.materials[t.material.0 as usize].is_see_through());
         let mesh = &mut scene.meshes[0];
         mesh.first_alpha_tested = (self.triangles)
-            .partition_point(|t| !scene.materials[t.material.0 as usize].alpha_tested);
+            .partition_point(|t| !scene.materials[t.material.0 as usize].is_see_through());
         mesh.triangles = self.triangles;
         scene.instances = vec![Instance {
             mesh: 0,

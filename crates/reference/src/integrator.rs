@@ -2,7 +2,8 @@
 
 use crate::bvh::Stack;
 use crate::choice::Choice;
-use crate::lights::sample_light;
+use crate::lights::{Vertex, sample_light};
+use crate::passage::{Depth, Event, MAX_PASSAGES, sample_event};
 use crate::rng::Rng;
 use crate::shading::{
     mis_weight, pdf_cosine_hemisphere, sample_cosine_hemisphere, sample_uniform_hemisphere,
@@ -70,19 +71,25 @@ pub(crate) fn trace_path(
     let mut pdf_direction = 0.0;
     // How lights were chosen at the vertex before; at the camera they were not.
     let mut choice = Choice::Uniform(1);
+    // Whether light that the ray finds was not sampled at the vertex before.
+    let mut is_found_alone = true;
+    let mut depth_along = Depth::new(world.absorption_at(ray.origin));
+    // Distance of the last interface that the ray passed straight through, and how many it passed.
+    let (mut passed, mut passages) = (0.0, 0);
     let mut k = 1_u32;
     loop {
         sample.rays += 1;
-        let Some(hit) = world.closest_hit(&ray, stack) else {
+        let Some(hit) = world.closest_hit(&ray, passed, stack) else {
             sample.escaped = Some(ray);
             return sample;
         };
         let point = world.surface_point(&hit);
+        let arriving = throughput * depth_along.transmittance(hit.at.t);
 
         let emitted = world.emitted(&point, ray.direction);
         if emitted != DVec3::ZERO {
             let weight = match estimator {
-                _ if k == 1 => 1.0,
+                _ if is_found_alone => 1.0,
                 Estimator::Naive | Estimator::Uniform => 1.0,
                 Estimator::Nee => 0.0,
                 Estimator::Mis => {
@@ -90,11 +97,32 @@ pub(crate) fn trace_path(
                     mis_weight(pdf_direction, pdf_light)
                 }
             };
-            sample.add(k, throughput * emitted * weight);
+            sample.add(k, arriving * emitted * weight);
         }
 
-        let albedo = world.albedo(&point);
+        let finish = &point.material.finish;
         let normal = point.facing_normal();
+        let event = if finish.alpha < 1.0 {
+            let cos = normal.dot(ray.direction).abs();
+            sample_event(finish, cos, rng.next())
+        } else {
+            Event::Paint
+        };
+        if event == Event::Pass {
+            passages += 1;
+            if passages > MAX_PASSAGES {
+                return sample;
+            }
+            throughput *= finish.tint.as_dvec3();
+            depth_along.pass(finish, point.front, hit.at.t);
+            passed = hit.at.t;
+            continue;
+        }
+        throughput = arriving;
+        (passed, passages) = (0.0, 0);
+        depth_along = Depth::new(depth_along.absorption());
+
+        let albedo = world.albedo(&point);
         if k == 1 {
             sample.first = Some(FirstHit {
                 albedo,
@@ -104,27 +132,39 @@ pub(crate) fn trace_path(
             });
         }
         // Black surfaces, the sky among them, end the path.
-        if k == depth || albedo == DVec3::ZERO {
+        if k == depth || (event == Event::Paint && albedo == DVec3::ZERO) {
             return sample;
         }
 
-        if estimator.samples_lights() {
+        is_found_alone = event == Event::Reflect;
+        if event == Event::Paint && estimator.samples_lights() {
             choice = Choice::at(&world.scene, selection, point.spawn_origin());
-            let light = sample_light(world, estimator, &choice, &point, albedo, rng, stack);
+            let vertex = Vertex {
+                point,
+                albedo,
+                absorption: depth_along.absorption(),
+            };
+            let light = sample_light(world, estimator, &choice, &vertex, rng, stack);
             sample.rays += u64::from(light.traced);
             sample.add(k + 1, throughput * light.radiance);
         }
 
-        let u = rng.next2();
-        let (direction, weight) = match estimator {
-            Estimator::Uniform => {
-                let direction = sample_uniform_hemisphere(normal, u);
-                (direction, 2.0 * direction.dot(normal))
-            }
-            _ => (sample_cosine_hemisphere(normal, u), 1.0),
+        let direction = if event == Event::Reflect {
+            let cos = normal.dot(ray.direction).abs();
+            (ray.direction + normal * (2.0 * cos)).normalize()
+        } else {
+            let u = rng.next2();
+            let (direction, weight) = match estimator {
+                Estimator::Uniform => {
+                    let direction = sample_uniform_hemisphere(normal, u);
+                    (direction, 2.0 * direction.dot(normal))
+                }
+                _ => (sample_cosine_hemisphere(normal, u), 1.0),
+            };
+            pdf_direction = pdf_cosine_hemisphere(direction.dot(normal));
+            throughput *= albedo * weight;
+            direction
         };
-        pdf_direction = pdf_cosine_hemisphere(direction.dot(normal));
-        throughput *= albedo * weight;
         if depth == 0 && k >= ROULETTE_START {
             let survival = throughput.max_element().min(ROULETTE_MAX_SURVIVAL);
             if rng.next() >= survival {

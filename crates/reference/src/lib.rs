@@ -44,6 +44,7 @@ mod emitters;
 mod film;
 mod integrator;
 mod lights;
+mod passage;
 mod rng;
 pub mod shading;
 mod triangle;

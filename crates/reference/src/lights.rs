@@ -29,16 +29,27 @@ struct Candidate {
     end: DVec3,
 }
 
-/// Samples one light as seen from `point`, which reflects with `albedo`, by the choice there.
+/// A path vertex that light is sampled at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vertex<'a> {
+    /// Where it is.
+    pub point: SurfacePoint<'a>,
+    /// What it reflects.
+    pub albedo: DVec3,
+    /// Absorption of what it lies in, per world unit.
+    pub absorption: DVec3,
+}
+
+/// Samples one light as seen from a vertex, by the choice there.
 pub(crate) fn sample_light(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
-    point: &SurfacePoint<'_>,
-    albedo: DVec3,
+    vertex: &Vertex<'_>,
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> LightSample {
+    let point = &vertex.point;
     let emitters = &world.scene.emitters;
     if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
         return LightSample::default();
@@ -59,12 +70,12 @@ pub(crate) fn sample_light(
     let Some(Candidate { radiance, end }) = candidate else {
         return LightSample::default();
     };
-    let visible = !world.occluded(point.spawn_origin(), end, stack);
+    let arriving = world.transmittance(vertex.absorption, point.spawn_origin(), end, stack);
     LightSample {
-        radiance: if visible {
-            radiance * eval_diffuse(albedo)
-        } else {
+        radiance: if arriving == DVec3::ZERO {
             DVec3::ZERO
+        } else {
+            radiance * eval_diffuse(vertex.albedo) * arriving
         },
         traced: true,
     }

@@ -111,6 +111,22 @@ pub fn eval_diffuse(albedo: DVec3) -> DVec3 {
     albedo * FRAC_1_PI
 }
 
+/// Share of unpolarised light that a smooth interface of relative index `eta >= 1` reflects, met
+/// from the side of the lower index under the cosine `cos`: Fresnel's equations.
+#[must_use]
+pub fn fresnel_dielectric(cos: f64, eta: f64) -> f64 {
+    if eta <= 1.0 {
+        return 0.0;
+    }
+    let cos = cos.clamp(0.0, 1.0);
+    // Snell's law.
+    let sin_inside = (1.0 - cos * cos).sqrt() / eta;
+    let cos_inside = (1.0 - sin_inside * sin_inside).sqrt();
+    let across = (cos - eta * cos_inside) / (cos + eta * cos_inside);
+    let along = (cos_inside - eta * cos) / (cos_inside + eta * cos);
+    (across * across + along * along) / 2.0
+}
+
 /// A density per area seen as a density per steradian, from `distance2` (squared distance) away
 /// under the cosine `cos` at the far end; either sign of the cosine will do.
 #[must_use]

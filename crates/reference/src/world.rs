@@ -2,15 +2,17 @@
 
 use crate::Error;
 use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
+use crate::passage::{Depth, eval_passage};
 use crate::shading::{point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use scene::cells::{CELL, Cell, CellNode, LightCells};
+use scene::cells::{self, CELL, CellNode, LightCells};
 use scene::emitter::tree::LEAF;
 use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// Texels of a sky layer's tile, whatever the picture's size.
@@ -126,26 +128,69 @@ impl World {
         })
     }
 
-    /// The nearest surface along a ray.
-    pub fn closest_hit(&self, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
-        (self.bvh).closest_hit(ray, f64::INFINITY, stack, |hit| !self.is_hole(hit))
+    /// The nearest surface along a ray. Of those that light passes through, the nearest beyond
+    /// `passed`: the ray has passed all before.
+    pub fn closest_hit(&self, ray: &Ray, passed: f64, stack: &mut Stack) -> Option<Hit> {
+        (self.bvh).closest_hit(ray, f64::INFINITY, stack, |hit| {
+            hit.at.t > passed && !self.is_hole(hit)
+        })
     }
 
-    /// Whether something is between two points.
-    pub fn occluded(&self, from: DVec3, to: DVec3, stack: &mut Stack) -> bool {
+    /// What of the light from one point arrives at another, whose space has this absorption.
+    pub fn transmittance(
+        &self,
+        absorption: DVec3,
+        from: DVec3,
+        to: DVec3,
+        stack: &mut Stack,
+    ) -> DVec3 {
         let distance = from.distance(to);
         let ray = Ray::new(from, (to - from) / distance);
-        (self.bvh).any_hit(&ray, distance, stack, |hit| !self.is_hole(hit))
+        let passed = Cell::new((DVec3::ONE, Depth::new(absorption)));
+        let is_blocked = (self.bvh).any_hit(&ray, distance, stack, |hit| {
+            let info = &self.infos[hit.slot as usize];
+            let finish = &self.scene.materials[info.material as usize].finish;
+            if self.is_hole(hit) {
+                return false;
+            }
+            if finish.alpha >= 1.0 {
+                return true;
+            }
+            let (mut surfaces, mut depth) = passed.get();
+            surfaces *= eval_passage(finish, info.normal.dot(ray.direction).abs());
+            depth.pass(finish, self.is_front(hit), hit.at.t);
+            passed.set((surfaces, depth));
+            false
+        });
+        if is_blocked {
+            return DVec3::ZERO;
+        }
+        let (surfaces, depth) = passed.get();
+        surfaces * depth.transmittance(distance)
+    }
+
+    /// Absorption of what fills the space at a point, per world unit.
+    pub fn absorption_at(&self, point: DVec3) -> DVec3 {
+        let material = self.scene.media.at(point.as_vec3());
+        material.map_or(DVec3::ZERO, |id| {
+            self.scene.materials[id.0 as usize]
+                .finish
+                .absorption
+                .as_dvec3()
+        })
+    }
+
+    /// Whether a triangle is seen from its front.
+    fn is_front(&self, hit: &Hit) -> bool {
+        // By the sign of the determinant that decided the hit, not by `dot(n, wo)`: the two differ
+        // where a ray grazes a triangle whose rounded corners are a hair off its plane, and there
+        // only this one keeps the path on the side it came from.
+        hit.at.counter_clockwise != self.infos[hit.slot as usize].clockwise
     }
 
     /// What is at a hit.
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint<'_> {
-        let clockwise = self.infos[hit.slot as usize].clockwise;
-        // The side by the sign of the determinant that decided the hit, not by `dot(n, wo)`: the
-        // two differ where a ray grazes a triangle whose rounded corners are a hair off its plane,
-        // and there only this one keeps the path on the side it came from.
-        let front = hit.at.counter_clockwise != clockwise;
-        self.point_on(hit.slot, hit.at.weights, front)
+        self.point_on(hit.slot, hit.at.weights, self.is_front(hit))
     }
 
     /// Texture coordinates of a triangle's corners.
@@ -226,6 +271,9 @@ impl World {
     fn is_hole(&self, hit: &Hit) -> bool {
         let info = &self.infos[hit.slot as usize];
         let material = &self.scene.materials[info.material as usize];
+        if !material.alpha_tested {
+            return false;
+        }
         let uv = interpolate_uv(&info.uv, hit.at.weights);
         self.texel(material.base, material, uv)[3] == 0
     }
@@ -373,6 +421,11 @@ fn check(scene: &Scene) -> Result<(), Error> {
         scene.triangle_count() <= MAX_TRIANGLES,
         "it has more than 2^27 triangles",
     )?;
+    ensure(
+        (scene.media.nodes.iter().flat_map(|n| n.children))
+            .all(|child| child & CELL == 0 || ((child & !CELL) as usize) <= scene.materials.len()),
+        "a medium's material does not exist",
+    )?;
     let emitters = &scene.emitters;
     ensure(
         emitters.sources.iter().all(|t| {
@@ -475,7 +528,7 @@ fn cells_fit(scene: &Scene) -> bool {
             _ => ((child & !CELL) as usize) < cells.len(),
         })
     };
-    let fits = |cell: &Cell| {
+    let fits = |cell: &cells::Cell| {
         let list = (cell.begin as usize)
             .checked_add(cell.count as usize)
             .and_then(|end| entries.get(cell.begin as usize..end));

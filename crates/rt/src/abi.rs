@@ -144,6 +144,10 @@ abi! {
         MATERIAL_SKY: uint = 8;
         /// Material flag: has an emission texture.
         MATERIAL_EMISSIVE: uint = 16;
+        /// Material flag: light passes straight through, in part; see its finish.
+        MATERIAL_TRANSLUCENT: uint = 32;
+        /// Number of a material that stands for free space.
+        NO_MEDIUM: uint = 0xffff_ffff;
         /// Sky kinds: none, the same everywhere, two scrolling layers.
         SKY_NONE: uint = 0;
         /// See `SKY_NONE`.
@@ -194,6 +198,8 @@ abi! {
         InstanceRef => readonly Instance, align "16";
         /// Materials, by material id.
         MaterialRef => readonly Material, align "16";
+        /// Finishes, by material id.
+        FinishRef => readonly Finish, align "16";
         /// Emitters.
         EmitterRef => readonly Emitter, align "16";
         /// Triangles that emit.
@@ -326,6 +332,17 @@ abi! {
             /// Texels down.
             height: uint,
         }
+        /// What a surface is besides an opaque Lambertian reflector.
+        Finish {
+            /// What of the light that passes the interface is left.
+            tint: vec3,
+            /// Coverage with paint.
+            alpha: float,
+            /// Absorption behind the front, per world unit.
+            absorption: vec3,
+            /// Index of refraction of the interface.
+            ior: float,
+        }
         /// One entry of the alias table.
         AliasEntry {
             /// Probability to keep this entry.
@@ -408,6 +425,8 @@ abi! {
             instances: InstanceRef,
             /// Materials.
             materials: MaterialRef,
+            /// Finishes.
+            finishes: FinishRef,
             /// Emitters.
             emitters: EmitterRef,
             /// Triangles they lie on.
@@ -518,8 +537,8 @@ abi! {
             seed: uvec2,
             /// Rays logged per pixel at most.
             ray_log_length: uint,
-            /// Unused, keeps the size a multiple of 8 bytes.
-            padding: uint,
+            /// Material whose absorption fills the space at the eye, or NO_MEDIUM.
+            medium: uint,
         }
     }
 }
@@ -534,6 +553,7 @@ mod tests {
         assert_eq!(size_of::<Triangle>(), 80);
         assert_eq!(size_of::<Instance>(), 64);
         assert_eq!(size_of::<Material>(), 32);
+        assert_eq!(size_of::<Finish>(), 32);
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<Emitter>(), 32);
         assert_eq!(size_of::<Source>(), 32);

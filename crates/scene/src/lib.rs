@@ -18,6 +18,7 @@ pub mod emitter;
 pub mod import;
 pub mod light;
 pub mod material;
+pub mod media;
 pub mod mesh;
 pub mod render;
 pub mod sky;
@@ -26,7 +27,8 @@ pub use camera::Camera;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters};
 pub use light::PointLight;
-pub use material::{Material, MaterialId, Surface, Texture, TextureId};
+pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
+pub use media::Media;
 pub use mesh::{Instance, Mesh, Triangle};
 pub use sky::Sky;
 
@@ -56,6 +58,8 @@ pub struct Scene {
     pub cells: LightCells,
     /// Light entities as small spheres.
     pub lights: Vec<PointLight>,
+    /// What fills space, where light passes into it.
+    pub media: Media,
     /// What sky faces show.
     pub sky: Sky,
     /// Places to look from; never empty after an import.
@@ -77,6 +81,8 @@ pub struct Features {
     pub fences: bool,
     /// Liquid surfaces exist (drawn warped).
     pub liquids: bool,
+    /// Surfaces exist that light passes straight through, in part: shadow rays ask each.
+    pub translucent: bool,
     /// Sky faces exist.
     pub sky: bool,
     /// Emissive triangles other than the sky exist.
@@ -103,6 +109,12 @@ impl Features {
                 self.liquids,
                 "liquids",
                 "liquid surfaces: warped texture coordinates",
+            ),
+            (
+                self.translucent,
+                "translucent",
+                "liquids or entities with an alpha below 1: Fresnel reflection, straight passage, \
+                 absorption",
             ),
             (self.sky, "sky", "sky faces: radiance by direction"),
             (
@@ -180,6 +192,7 @@ impl Scene {
         self.features = Features {
             fences: any(|m| m.alpha_tested),
             liquids: any(|m| m.warped),
+            translucent: any(|m| m.finish.alpha < 1.0),
             sky: any(|m| m.surface == Surface::Sky),
             emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
             point_lights: !self.lights.is_empty(),

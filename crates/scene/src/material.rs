@@ -1,5 +1,7 @@
 //! Materials and textures.
 
+use glam::Vec3;
+
 /// Index into `Scene::materials`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
@@ -61,6 +63,42 @@ pub struct Material {
     pub two_sided: bool,
     /// The texture is warped like a liquid's; see [`warp`].
     pub warped: bool,
+    /// What it is besides an opaque Lambertian reflector.
+    pub finish: Finish,
+}
+
+impl Material {
+    /// Whether light passes through it somewhere, so that shadow rays must ask.
+    #[must_use]
+    pub fn is_see_through(&self) -> bool {
+        self.alpha_tested || self.finish.alpha < 1.0
+    }
+}
+
+/// What a surface is besides an opaque Lambertian reflector; the default is nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// Share of the surface, everywhere on it, that is painted with the textures and opaque, 0 to 1.
+    /// The rest is a smooth interface, which reflects by Fresnel's equations and else lets light pass
+    /// straight on.
+    pub alpha: f32,
+    /// Index of refraction of the interface, at least 1; at 1 it reflects nothing.
+    pub ior: f32,
+    /// What of the light that passes the interface is left, per channel, 0 to 1.
+    pub tint: Vec3,
+    /// Absorption of what is behind the front of the interface, per channel and world unit.
+    pub absorption: Vec3,
+}
+
+impl Default for Finish {
+    fn default() -> Self {
+        Self {
+            alpha: 1.0,
+            ior: 1.0,
+            tint: Vec3::ONE,
+            absorption: Vec3::ZERO,
+        }
+    }
 }
 
 /// Luminance of linear RGB with sRGB primaries (ITU-R BT.709).

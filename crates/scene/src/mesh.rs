@@ -24,8 +24,8 @@ pub struct Triangle {
 
 /// A triangle mesh in its own local space.
 ///
-/// Triangles that need an alpha test stand last, from [`Mesh::first_alpha_tested`] on, so that a
-/// renderer can treat the rest as opaque.
+/// Triangles that light passes through somewhere ([`crate::Material::is_see_through`]) stand last, from
+/// [`Mesh::first_alpha_tested`] on, so that a renderer can treat the rest as opaque.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// For people: `world`, or the brush model's name such as `*3` or `maps/b_bh25.bsp`.
@@ -33,9 +33,9 @@ pub struct Mesh {
     /// Vertex positions, local space. Shared vertices are shared indices: the mesh is watertight
     /// where the level is.
     pub positions: Vec<Vec3>,
-    /// Opaque triangles first, then alpha-tested ones.
+    /// Opaque triangles first, then alpha-tested and translucent ones.
     pub triangles: Vec<Triangle>,
-    /// Index of the first alpha-tested triangle; equals `triangles.len()` if there is none.
+    /// Index of the first alpha-tested or translucent triangle; equals `triangles.len()` if there is none.
     pub first_alpha_tested: usize,
 }
 

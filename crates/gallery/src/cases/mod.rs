@@ -4,6 +4,7 @@ mod boxes;
 mod cameras;
 mod imported;
 mod lamps;
+mod water;
 
 use crate::builder::Builder;
 use crate::case::Case;
@@ -11,11 +12,12 @@ use glam::{Affine3A, EulerRot, Quat, Vec3};
 use scene::MaterialId;
 use scene::material::srgb_to_linear;
 
-/// All cases, in a fixed order: boxes, cameras, lamps, levels.
+/// All cases, in a fixed order: boxes, cameras, water, lamps, levels.
 #[must_use]
 pub fn cases() -> Vec<Case> {
     let mut all = boxes::cases();
     all.extend(cameras::cases());
+    all.extend(water::cases());
     all.extend(lamps::cases());
     all.extend(imported::cases());
     all

@@ -12,7 +12,7 @@ use glam::{Affine3A, Vec3};
 use scene::material::{Material, Surface};
 use scene::mesh::{Mesh, Triangle};
 use scene::sky::SkyKind;
-use scene::{Features, Scene};
+use scene::{Features, Media, Scene};
 use std::sync::Arc;
 
 /// A scene in device memory.
@@ -33,6 +33,8 @@ pub struct GpuScene {
     pub(crate) timings: Vec<Timing>,
     /// Bytes of all bottom-level structures.
     pub(crate) blas_bytes: u64,
+    /// Where the eye may be in something that absorbs.
+    media: Media,
     instances: Vec<abi::Instance>,
     instance_buffer: Arc<Buffer>,
     _buffers: Vec<Arc<Buffer>>,
@@ -83,6 +85,9 @@ impl GpuScene {
             .map(|l| light(l, inv_total_weight))
             .collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
+        let finishes: Vec<_> = (scene.materials.iter())
+            .map(|m| finish(&m.finish))
+            .collect();
         let (source_numbers, source_starts) =
             (scene.emitters).sources_by_triangle(&scene.meshes, &scene.instances);
         let instances: Vec<_> = (scene.instances.iter())
@@ -135,6 +140,7 @@ impl GpuScene {
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
+        let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
         let cell_nodes = staging.add(device, "cell nodes", Usage::STORAGE_BUFFER, &cell_nodes)?;
         let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
         let cell_entries =
@@ -161,6 +167,7 @@ impl GpuScene {
             triangles: triangles.address(),
             instances: instance_buffer.address(),
             materials: materials.address(),
+            finishes: finishes.address(),
             emitters: emitter_list.address(),
             sources: sources.address(),
             source_triangles: source_triangles.address(),
@@ -200,7 +207,9 @@ impl GpuScene {
             .meshes
             .iter()
             .zip(&parts)
-            .map(|(mesh, part)| blas_input(mesh, part, &positions, &indices))
+            .map(|(mesh, part)| {
+                blas_input(mesh, part, &positions, &indices, scene.features.translucent)
+            })
             .collect();
         let (blas, mut timings) = Blas::build(device, &inputs)?;
         let placed = scene
@@ -229,6 +238,7 @@ impl GpuScene {
             bounds: (scene.bounds_min, scene.bounds_max),
             timings,
             blas_bytes: blas.iter().map(|b| b.size()).sum(),
+            media: scene.media.clone(),
             instances,
             instance_buffer: instance_buffer.clone(),
             _buffers: vec![
@@ -244,6 +254,7 @@ impl GpuScene {
                 alias_buffer,
                 light_buffer,
                 materials,
+                finishes,
                 cell_nodes,
                 cells,
                 cell_entries,
@@ -285,6 +296,11 @@ impl GpuScene {
         self.tlas.record_build(recording, refit)
     }
 
+    /// The material whose absorption fills the space at `eye`, or [`abi::NO_MEDIUM`].
+    pub(crate) fn medium_at(&self, eye: Vec3) -> u32 {
+        self.media.at(eye).map_or(abi::NO_MEDIUM, |m| m.0)
+    }
+
     /// A length no ray inside the scene, seen from `eye`, can exceed.
     pub(crate) fn longest_ray(&self, eye: Vec3) -> f32 {
         let (min, max) = (self.bounds.0.min(eye), self.bounds.1.max(eye));
@@ -320,6 +336,7 @@ fn blas_input(
     part: &Part,
     positions: &Arc<Buffer>,
     indices: &Arc<Buffer>,
+    once: bool,
 ) -> BlasInput {
     let index_bytes = size_of::<[u32; 3]>() as u64;
     let alpha = (mesh.triangles.len() - mesh.first_alpha_tested) as u32;
@@ -328,6 +345,7 @@ fn blas_input(
         index_offset: (part.index_base + u64::from(first)) * index_bytes,
         triangles,
         opaque,
+        once,
     };
     let mut geometries = Vec::new();
     if opaque > 0 {
@@ -394,6 +412,7 @@ fn material(m: &Material, scene: &Scene) -> abi::Material {
     set(m.warped, abi::MATERIAL_WARPED);
     set(m.surface == Surface::Sky, abi::MATERIAL_SKY);
     set(m.emission.is_some(), abi::MATERIAL_EMISSIVE);
+    set(m.finish.alpha < 1.0, abi::MATERIAL_TRANSLUCENT);
     abi::Material {
         base: m.base.0,
         emission: m.emission.map_or(0, |t| t.0),
@@ -403,6 +422,15 @@ fn material(m: &Material, scene: &Scene) -> abi::Material {
         width: base.width,
         height: base.height,
         padding: 0,
+    }
+}
+
+fn finish(f: &scene::Finish) -> abi::Finish {
+    abi::Finish {
+        tint: f.tint.to_array(),
+        alpha: f.alpha,
+        absorption: f.absorption.to_array(),
+        ior: f.ior,
     }
 }
 

@@ -1,4 +1,4 @@
-//! The path tracing pass: `shaders/path_trace.*`, `shaders/shadow.rmiss`.
+//! The path tracing pass: `shaders/path_trace.*`, `shaders/shadow.rmiss`, `shaders/transmittance.*`.
 
 use super::spirv;
 use crate::abi;
@@ -88,6 +88,7 @@ impl PathTrace {
                 Selection::Power | Selection::Leaf | Selection::Tree => abi::SELECTION_POWER,
                 Selection::Uniform => abi::SELECTION_UNIFORM,
             },
+            u32::from(features.translucent),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
@@ -95,11 +96,20 @@ impl PathTrace {
         };
         let (miss, shadow_miss) = (spirv!("path_trace.rmiss"), spirv!("shadow.rmiss"));
         let (closest_hit, any_hit) = (spirv!("path_trace.rchit"), spirv!("path_trace.rahit"));
+        let (clear, through) = (spirv!("transmittance.rmiss"), spirv!("transmittance.rahit"));
+        // Opaque, alpha-tested, and what shadow rays ask where light passes through.
+        let misses: &[&[u32]] = &[&miss, &shadow_miss, &clear];
+        let any_hits: &[&[u32]] = &[&any_hit, &through];
+        let (misses, any_hits) = match (features.fences, features.translucent) {
+            (_, true) => (misses, any_hits),
+            (true, false) => (&misses[..2], &any_hits[..1]),
+            (false, false) => (&misses[..2], &any_hits[..0]),
+        };
         let shaders = RayTracingShaders {
             raygen: &raygen,
-            miss: &[&miss, &shadow_miss],
+            miss: misses,
             closest_hit: &closest_hit,
-            any_hit: features.fences.then_some(any_hit.as_slice()),
+            any_hit: any_hits,
         };
         let pipeline = RayTracingPipeline::new(
             device,
@@ -148,7 +158,7 @@ impl PathTrace {
             depth: settings.depth,
             seed: [settings.seed as u32, (settings.seed >> 32) as u32],
             sample_count,
-            padding: 0,
+            medium: scene.medium_at(settings.camera.position),
         };
         let size = [settings.width, settings.height];
         recording.keep(film.sums.clone());

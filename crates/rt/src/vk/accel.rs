@@ -72,6 +72,8 @@ pub struct BlasGeometry {
     pub triangles: u32,
     /// Without any-hit shader.
     pub opaque: bool,
+    /// The any-hit shader is called at most once for each triangle and ray.
+    pub once: bool,
 }
 
 /// What a bottom-level structure is built from.
@@ -475,6 +477,8 @@ fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryK
                 });
             let flags = if g.opaque {
                 vk::GeometryFlagsKHR::OPAQUE
+            } else if g.once {
+                vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION
             } else {
                 vk::GeometryFlagsKHR::empty()
             };

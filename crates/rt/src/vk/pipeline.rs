@@ -16,8 +16,8 @@ pub struct RayTracingShaders<'a> {
     pub miss: &'a [&'a [u32]],
     /// Closest hit of every hit group.
     pub closest_hit: &'a [u32],
-    /// Any hit of the last hit group, if there is one: group 0 is opaque, group 1 alpha-tested.
-    pub any_hit: Option<&'a [u32]>,
+    /// Any hit of the hit groups after the first, which is opaque.
+    pub any_hit: &'a [&'a [u32]],
 }
 
 struct Layout {
@@ -238,7 +238,7 @@ impl RayTracingPipeline {
         }
         let closest = stage(shaders.closest_hit, vk::ShaderStageFlags::CLOSEST_HIT_KHR)?;
         groups.push(group().ty(triangles).closest_hit_shader(closest));
-        if let Some(code) = shaders.any_hit {
+        for code in shaders.any_hit {
             let any = stage(code, vk::ShaderStageFlags::ANY_HIT_KHR)?;
             groups.push(
                 group()
@@ -268,7 +268,7 @@ impl RayTracingPipeline {
                 .named("vkCreateRayTracingPipelinesKHR")?[0]
         };
         device.name(raw, name);
-        let hit_groups = 1 + u64::from(shaders.any_hit.is_some());
+        let hit_groups = 1 + shaders.any_hit.len() as u64;
         let miss_groups = shaders.miss.len() as u64;
         let built = build_table(device, raw, miss_groups, hit_groups);
         let (table, regions) = match built {

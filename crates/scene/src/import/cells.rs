@@ -67,7 +67,7 @@ fn leafs_at(bsp: &Bsp, points: impl IntoIterator<Item = Vec3>) -> Vec<usize> {
 }
 
 /// The world's tree from its root on, with parents before children. `None` if it is broken.
-fn nodes(bsp: &Bsp) -> Option<Vec<CellNode>> {
+pub fn nodes(bsp: &Bsp) -> Option<Vec<CellNode>> {
     let root = u32::try_from(bsp.models.first()?.head_nodes[0]).ok()?;
     let mut nodes: Vec<CellNode> = Vec::new();
     // Old number, and which child of which new node it is.

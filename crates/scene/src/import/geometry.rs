@@ -19,6 +19,8 @@ pub struct FacePolygon {
     pub material: MaterialId,
     /// A liquid's surface: its opposite twin is dropped, and it does not close the mesh.
     pub liquid: bool,
+    /// Its front lies in the liquid that it bounds: it is turned around.
+    pub inward: bool,
     /// Number of the face in the file.
     pub face: u32,
     /// How the texture lies on it.
@@ -59,10 +61,14 @@ pub struct ModelMesh {
     pub exhausted: bool,
 }
 
-/// Drops the twins of liquid faces, welds vertices, splits T-junctions and triangulates.
+/// Drops the twins of liquid faces and turns inner ones around, welds vertices, splits T-junctions and triangulates.
 pub fn build(mut polygons: Vec<FacePolygon>) -> ModelMesh {
     let mut twins = liquid::twins(&polygons).into_iter();
     polygons.retain(|_| !twins.next().unwrap_or(false));
+    for polygon in polygons.iter_mut().filter(|p| p.inward) {
+        polygon.points.reverse();
+        polygon.normal = -polygon.normal;
+    }
     let mut welder = Welder::default();
     let welded: Vec<Vec<u32>> = polygons
         .iter()

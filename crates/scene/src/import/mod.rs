@@ -25,6 +25,7 @@ mod seal;
 mod surfaces;
 mod targets;
 pub mod tjunction;
+mod translucent;
 mod trees;
 pub mod triangulate;
 pub mod weld;
@@ -33,6 +34,9 @@ mod world;
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
 pub use lights::LIGHT_RADIUS;
 pub use surfaces::{LAVA_GLOW, SKY_SCALE, SLIME_GLOW, TELEPORTER_GLOW};
+pub use translucent::{
+    CLEARNESS, GLASS_IOR, LAVA_DEPTH, LIQUID_IOR, SLIME_DEPTH, TELEPORTER_DEPTH, WATER_DEPTH,
+};
 pub use world::ENTITY_GROWTH;
 
 use crate::Scene;

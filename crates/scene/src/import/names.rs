@@ -1,7 +1,7 @@
 //! What a texture's name says about its surface.
 
 /// Kinds of surfaces that a name can ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NameKind {
     /// A tool's: never drawn.
     Tool,

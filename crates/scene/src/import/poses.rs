@@ -3,6 +3,7 @@
 use super::ImportOptions;
 use super::notes::Notes;
 use super::targets::Targets;
+use super::translucent::entity_alpha;
 use bsp::Bsp;
 use bsp::bsp::Model;
 use bsp::entity::Entity;
@@ -26,6 +27,8 @@ pub struct Pose<'a> {
     pub solid: bool,
     /// Whether it shows the alternate frames of animated textures.
     pub alternate: bool,
+    /// Coverage that it asks for, 1 opaque.
+    pub alpha: Option<f32>,
 }
 
 /// Whether an entity is there in a single-player game of the given skill (0 easy to 3 nightmare).
@@ -134,5 +137,6 @@ fn pose<'a>(
         fixed: fixed && offset == Vec3::ZERO,
         solid: classname.starts_with("func_") && classname != "func_illusionary",
         alternate: entity.float("frame").is_some_and(|f| f != 0.0),
+        alpha: entity_alpha(entity),
     }
 }

@@ -3,14 +3,15 @@
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
+use super::translucent::{self, LiquidAlphas};
 use super::{ImportOptions, LightMode};
-use crate::material::{Material, MaterialId, Surface, Texture, TextureId};
+use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 use crate::sky::{Sky, SkyKind};
 use bsp::Bsp;
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
 use glam::Vec3;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Radiance of lava, as a part of what a fullbright texel of the same colour emits.
 pub const LAVA_GLOW: f32 = 1.0;
@@ -31,7 +32,6 @@ pub const MAX_SKY_SCALE: f32 = 32.0;
 pub const BLACK_SKY_SCALE: f32 = 1000.0;
 
 /// What all files of an import add their materials to.
-#[derive(Default)]
 pub struct MaterialSet {
     /// All materials so far.
     pub materials: Vec<Material>,
@@ -45,15 +45,27 @@ pub struct MaterialSet {
     pub sky_radiance: f32,
     /// Texels that emit, over all emission pictures.
     pub emissive_texels: usize,
+    /// By kind, the first material of a liquid of the world that light passes into: it says what
+    /// absorbs there.
+    pub fills: BTreeMap<NameKind, MaterialId>,
+    liquid_alphas: LiquidAlphas,
     sky_name: Option<String>,
 }
 
 impl MaterialSet {
-    /// Nothing yet, for a level whose sun keys ask for this mean radiance of the sky.
-    pub fn new(sky_radiance: f32) -> Self {
+    /// Nothing yet, for a level whose sun keys ask for this mean radiance of the sky, with its
+    /// liquids' coverage.
+    pub fn new(sky_radiance: f32, liquid_alphas: LiquidAlphas) -> Self {
         Self {
+            materials: Vec::new(),
+            lamps: Vec::new(),
+            textures: Vec::new(),
+            sky: Sky::default(),
             sky_radiance,
-            ..Self::default()
+            emissive_texels: 0,
+            fills: BTreeMap::new(),
+            liquid_alphas,
+            sky_name: None,
         }
     }
 
@@ -81,6 +93,24 @@ pub struct FaceSurface {
     pub scale: [f64; 2],
     /// Size of the shown picture.
     pub size: [u32; 2],
+    /// Light passes straight through it, in part.
+    pub translucent: bool,
+}
+
+/// How an entity wants its textures shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Look {
+    /// Alternate frames of animated textures: its `frame` is not 0.
+    pub alternate: bool,
+    /// Coverage, 1 opaque, for all its surfaces; without it, the level's for its liquids.
+    pub alpha: Option<f32>,
+}
+
+impl Look {
+    /// What tells looks apart.
+    pub fn key(self) -> (bool, Option<u32>) {
+        (self.alternate, self.alpha.map(f32::to_bits))
+    }
 }
 
 /// The textures of one file, turned into materials when a face asks for them.
@@ -88,7 +118,7 @@ pub struct Surfaces<'a> {
     bsp: &'a Bsp,
     palette: &'a Palette,
     animation: &'a Animation,
-    known: HashMap<(Option<usize>, bool), FaceSurface>,
+    known: HashMap<(Option<usize>, (bool, Option<u32>)), FaceSurface>,
 }
 
 impl<'a> Surfaces<'a> {
@@ -102,28 +132,28 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// The surface of texture `index` (`None` if the file lacks it) at the import's time;
-    /// `alternate` for entities whose `frame` is not 0.
+    /// The surface of texture `index` (`None` if the file lacks it) at the import's time.
     pub fn get(
         &mut self,
         index: Option<usize>,
-        alternate: bool,
+        look: Look,
         set: &mut MaterialSet,
         options: &ImportOptions,
         notes: &mut Notes,
     ) -> FaceSurface {
-        if let Some(&known) = self.known.get(&(index, alternate)) {
+        let key = (index, look.key());
+        if let Some(&known) = self.known.get(&key) {
             return known;
         }
-        let made = self.make(index, alternate, set, options, notes);
-        self.known.insert((index, alternate), made);
+        let made = self.make(index, look, set, options, notes);
+        self.known.insert(key, made);
         made
     }
 
     fn make(
         &self,
         index: Option<usize>,
-        alternate: bool,
+        look: Look,
         set: &mut MaterialSet,
         options: &ImportOptions,
         notes: &mut Notes,
@@ -131,7 +161,7 @@ impl<'a> Surfaces<'a> {
         let texture_at = |i: usize| self.bsp.textures.get(i).and_then(Option::as_ref);
         let shown = index.map(|i| {
             self.animation
-                .frame_at(i, f64::from(options.time), alternate)
+                .frame_at(i, f64::from(options.time), look.alternate)
         });
         let (Some(named), Some(shown)) = (index.and_then(texture_at), shown.and_then(texture_at))
         else {
@@ -144,6 +174,7 @@ impl<'a> Surfaces<'a> {
                 material: MaterialId(0),
                 scale: [1.0; 2],
                 size: [1; 2],
+                translucent: false,
             };
         }
         if !shown.has_pixels() {
@@ -156,16 +187,29 @@ impl<'a> Surfaces<'a> {
         if kind == NameKind::Sky {
             return self.sky(Some(indexed), &named.name, set, notes);
         }
+        let base = indexed.base();
+        let alpha = look.alpha.unwrap_or_else(|| set.liquid_alphas.get(kind));
+        let mut finish = translucent::finish(kind, alpha, &base);
+        // All of a kind absorbs alike: what enters through one surface may leave through another.
+        if let Some(first) = set
+            .fills
+            .get(&kind)
+            .filter(|_| finish.absorption != Vec3::ZERO)
+        {
+            finish.absorption = set.materials[first.0 as usize].finish.absorption;
+        }
         let mut material = Material {
             name: named.name.clone(),
             surface: Surface::Diffuse,
-            base: set.add_texture(indexed.base()),
+            base: set.add_texture(base),
             emission: None,
-            emission_scale: options.emission_scale,
+            // Only what is painted shines.
+            emission_scale: options.emission_scale * finish.alpha,
             emission_weight: 0.0,
             alpha_tested: kind == NameKind::Fence,
             two_sided: kind.is_liquid(),
             warped: kind.is_liquid(),
+            finish,
         };
         if options.lights != LightMode::Entities {
             emit(&mut material, &indexed, kind, set, options);
@@ -177,11 +221,16 @@ impl<'a> Surfaces<'a> {
             f64::from(shown.width) / f64::from(named.width),
             f64::from(shown.height) / f64::from(named.height),
         ];
+        let material = set.add(material, lamp);
+        if finish.absorption != Vec3::ZERO && look.alpha.is_none() {
+            set.fills.entry(kind).or_insert(material);
+        }
         FaceSurface {
             kind,
             scale,
             size: [shown.width, shown.height],
-            material: set.add(material, lamp),
+            material,
+            translucent: finish.alpha < 1.0,
         }
     }
 
@@ -268,12 +317,14 @@ impl<'a> Surfaces<'a> {
             alpha_tested: false,
             two_sided: false,
             warped: false,
+            finish: Finish::default(),
         };
         FaceSurface {
             kind: NameKind::Sky,
             material: set.add(material, false),
             scale: [1.0; 2],
             size: [SKY_SIDE; 2],
+            translucent: false,
         }
     }
 }
@@ -294,12 +345,14 @@ fn missing(name: &str, kind: NameKind, set: &mut MaterialSet, notes: &mut Notes)
         alpha_tested: false,
         two_sided: kind.is_liquid(),
         warped: kind.is_liquid(),
+        finish: Finish::default(),
     };
     FaceSurface {
         kind,
         material: set.add(material, false),
         scale: [1.0; 2],
         size,
+        translucent: false,
     }
 }
 

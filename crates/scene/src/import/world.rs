@@ -4,13 +4,14 @@ use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
 use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
-use super::surfaces::{FaceSurface, MaterialSet, Surfaces};
+use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
+use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode};
 use super::{cameras, cells, emitters, items, lights, poses, seal, trees};
 use crate::emitter::Emitters;
 use crate::material::{MaterialId, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
-use crate::{LightCells, Report, Scene};
+use crate::{LightCells, Media, Report, Scene};
 use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -63,7 +64,10 @@ impl<'a> World<'a> {
             palette,
             files,
             options,
-            set: MaterialSet::new(level.entities.first().map_or(0.0, lights::sky_radiance)),
+            set: MaterialSet::new(
+                level.entities.first().map_or(0.0, lights::sky_radiance),
+                LiquidAlphas::of(level.entities.first()),
+            ),
             notes: Notes::default(),
             report: Report::default(),
             meshes: Vec::new(),
@@ -77,7 +81,7 @@ impl<'a> World<'a> {
     pub fn build(mut self) -> Result<Scene, ImportError> {
         let Level { bsp, entities, .. } = self.level;
         let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette);
-        let world = self.model_mesh(&mut surfaces, bsp, 0, false);
+        let world = self.model_mesh(&mut surfaces, bsp, 0, Look::default());
         self.report.open_edges = world.open_edges.len();
         self.seal(&world);
         self.meshes.push(mesh("world", world));
@@ -101,20 +105,24 @@ impl<'a> World<'a> {
         surfaces: &mut Surfaces<'_>,
         bsp: &Bsp,
         model: usize,
-        alternate: bool,
+        look: Look,
     ) -> ModelMesh {
         let mut polygons = Vec::new();
         for (index, face) in bsp.drawable_faces(model) {
             let surface = surfaces.get(
                 bsp.face_texture(face),
-                alternate,
+                look,
                 &mut self.set,
                 self.options,
                 &mut self.notes,
             );
             if surface.kind == NameKind::Tool {
                 self.report.faces_left_out += 1;
-            } else if let Some(polygon) = polygon(bsp, index, face, &surface) {
+            } else if let Some(mut polygon) = polygon(bsp, index, face, &surface) {
+                polygon.inward = polygon.liquid
+                    && surface.translucent
+                    && self.shallow
+                    && translucent::looks_inwards(bsp, model, &polygon.points, polygon.normal);
                 polygons.push(polygon);
             }
         }
@@ -166,28 +174,32 @@ impl<'a> World<'a> {
         let bsp = &self.level.bsp;
         let mut merged = HashSet::new();
         // Meshes of models that are instanced, by model and texture frames shown.
-        let mut known: BTreeMap<(usize, bool), Option<usize>> = BTreeMap::new();
+        let mut known: BTreeMap<_, Option<usize>> = BTreeMap::new();
         let mut places: HashMap<[i64; 6], u8> = HashMap::new();
         for pose in poses {
             let bounds = bounds(bsp, pose.model);
             let taken = places.entry(place_key(bounds, pose.offset)).or_default();
             let growth = growth(bounds, ENTITY_GROWTH * f32::from(*taken + 1));
             *taken = (*taken + 1).min(MAX_IN_ONE_PLACE - 1);
+            let look = Look {
+                alternate: pose.alternate,
+                alpha: pose.alpha,
+            };
             // A second entity of the same model is an instance, so that a few bytes of entity text
             // can't make many triangles.
             if pose.fixed && merged.insert(pose.model) {
-                let mut part = self.model_mesh(surfaces, bsp, pose.model, pose.alternate);
+                let mut part = self.model_mesh(surfaces, bsp, pose.model, look);
                 for p in &mut part.positions {
                     *p = growth.transform_point3(*p);
                 }
                 append(&mut self.meshes[0], part);
                 continue;
             }
-            let key = (pose.model, pose.alternate);
+            let key = (pose.model, look.key());
             let index = match known.get(&key) {
                 Some(&index) => index,
                 None => {
-                    let part = self.model_mesh(surfaces, bsp, pose.model, pose.alternate);
+                    let part = self.model_mesh(surfaces, bsp, pose.model, look);
                     let index = (!part.triangles.is_empty()).then(|| {
                         self.meshes.push(mesh(&format!("*{}", pose.model), part));
                         self.meshes.len() - 1
@@ -265,7 +277,7 @@ impl<'a> World<'a> {
                 format!("{file}: {warning}")
             });
         }
-        let part = self.model_mesh(&mut surfaces, &bsp, 0, false);
+        let part = self.model_mesh(&mut surfaces, &bsp, 0, Look::default());
         (!part.triangles.is_empty()).then(|| {
             self.meshes.push(mesh(file, part));
             (
@@ -278,7 +290,7 @@ impl<'a> World<'a> {
     fn finish(mut self) -> Result<Scene, ImportError> {
         let Level { bsp, entities, .. } = self.level;
         for mesh in &mut self.meshes {
-            alpha_tested_last(mesh, |m| self.set.materials[m.0 as usize].alpha_tested);
+            see_through_last(mesh, |m| self.set.materials[m.0 as usize].is_see_through());
         }
         if self.meshes.iter().all(|m| m.triangles.is_empty()) {
             return Err(ImportError::NothingToDraw(self.level.name.clone()));
@@ -329,6 +341,13 @@ impl<'a> World<'a> {
         } else {
             LightCells::default()
         };
+        let fills = &self.set.fills;
+        let media = if fills.is_empty() || !self.shallow {
+            Media::default()
+        } else {
+            let nodes = cells::nodes(bsp).unwrap_or_default();
+            translucent::media(bsp, nodes, |kind| fills.get(&kind).copied())
+        };
         Ok(Scene {
             name: self.level.name.clone(),
             title: world
@@ -338,6 +357,7 @@ impl<'a> World<'a> {
             emitters,
             cells,
             lights,
+            media,
             meshes: self.meshes,
             instances: self.instances,
             materials: self.set.materials,
@@ -370,13 +390,6 @@ impl<'a> World<'a> {
         {
             notes.add("fog", || "fog is not modelled".to_owned());
         }
-        for key in ["wateralpha", "lavaalpha", "slimealpha", "telealpha"] {
-            if world.float_loose(key).is_some_and(|a| a > 0.0 && a < 1.0) {
-                notes.add("liquid alpha", || {
-                    "see-through liquids are not modelled: their surfaces are opaque".to_owned()
-                });
-            }
-        }
         if ["light", "minlight"]
             .iter()
             .any(|key| world.float_loose(key).is_some_and(|v| v > 0.0))
@@ -402,7 +415,12 @@ impl<'a> World<'a> {
                     .to_owned()
             });
         }
-        if self.set.materials.iter().any(|m| m.warped) {
+        if self
+            .set
+            .materials
+            .iter()
+            .any(|m| m.warped && m.finish.alpha >= 1.0)
+        {
             notes.add("liquids", || {
                 "liquid surfaces are opaque: water reflects light evenly, lava, teleporters and \
                  slime glow"
@@ -470,6 +488,7 @@ fn polygon(bsp: &Bsp, index: usize, face: &Face, surface: &FaceSurface) -> Optio
         normal: normal.try_normalize()?,
         material: surface.material,
         liquid: surface.kind.is_liquid(),
+        inward: false,
         face: u32::try_from(index).ok()?,
         mapping: mapping(bsp.face_texinfo(face), surface),
     })
@@ -518,11 +537,11 @@ fn append(mesh: &mut Mesh, part: ModelMesh) {
         }));
 }
 
-fn alpha_tested_last(mesh: &mut Mesh, is_alpha_tested: impl Fn(MaterialId) -> bool) {
-    let (fences, opaque): (Vec<_>, Vec<_>) = std::mem::take(&mut mesh.triangles)
+fn see_through_last(mesh: &mut Mesh, is_see_through: impl Fn(MaterialId) -> bool) {
+    let (rest, opaque): (Vec<_>, Vec<_>) = std::mem::take(&mut mesh.triangles)
         .into_iter()
-        .partition(|t| is_alpha_tested(t.material));
+        .partition(|t| is_see_through(t.material));
     mesh.first_alpha_tested = opaque.len();
     mesh.triangles = opaque;
-    mesh.triangles.extend(fences);
+    mesh.triangles.extend(rest);
 }

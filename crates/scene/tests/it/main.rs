@@ -6,3 +6,4 @@ mod lamps;
 mod levels;
 mod pictures;
 mod poses;
+mod translucent;

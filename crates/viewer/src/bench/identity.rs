@@ -13,10 +13,13 @@
 //! length, alternatives after their number.
 
 use crate::cli::SceneArgs;
+use scene::cells::CellNode;
 use scene::light::Spot;
 use scene::render::Settings;
 use scene::sky::SkyKind;
-use scene::{Emitters, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, Triangle};
+use scene::{
+    Emitters, Finish, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, Triangle,
+};
 use sha2::{Digest as _, Sha256};
 
 /// Version of the meaning of both hashes.
@@ -77,6 +80,7 @@ pub fn level_hash(scene: &Scene) -> String {
         textures,
         emitters,
         lights,
+        media,
         sky,
         cameras: _,
         bounds_min: _,
@@ -118,6 +122,18 @@ pub fn level_hash(scene: &Scene) -> String {
     h.int(lights.len() as u64);
     for light in lights {
         hash_light(&mut h, light);
+    }
+    // Levels without media keep the number they had before there were any.
+    for CellNode {
+        normal,
+        distance,
+        children,
+    } in &media.nodes
+    {
+        h.floats(normal.to_array()).floats([*distance]);
+        for child in children {
+            h.int((*child).into());
+        }
     }
     h.floats([sky.scale]);
     match sky.kind {
@@ -169,6 +185,7 @@ fn hash_material(h: &mut Hasher, material: &Material) {
         alpha_tested,
         two_sided,
         warped,
+        finish,
     } = material;
     h.int(match surface {
         Surface::Diffuse => 0,
@@ -180,6 +197,21 @@ fn hash_material(h: &mut Hasher, material: &Material) {
     for flag in [alpha_tested, two_sided, warped] {
         h.int((*flag).into());
     }
+    // Plain surfaces keep the number they had before there were others.
+    if *finish != Finish::default() {
+        hash_finish(h, finish);
+    }
+}
+
+fn hash_finish(h: &mut Hasher, finish: &Finish) {
+    let Finish {
+        alpha,
+        ior,
+        tint,
+        absorption,
+    } = finish;
+    h.text("finish").floats([*alpha, *ior]);
+    h.floats(tint.to_array()).floats(absorption.to_array());
 }
 
 fn hash_light(h: &mut Hasher, light: &PointLight) {

@@ -240,6 +240,10 @@ fn material(scene: &Scene, material: &Material, pictures: &mut Pictures) -> Resu
             value["alphaMode"] = "MASK".into();
             value["alphaCutoff"] = json!(0.5);
         }
+        if material.finish.alpha < 1.0 {
+            value["alphaMode"] = "BLEND".into();
+            pbr["baseColorFactor"] = json!([1, 1, 1, material.finish.alpha]);
+        }
         if let Some(emission) = material.emission.filter(|_| material.emission_scale > 0.0) {
             value["emissiveTexture"] = json!({"index": pictures.number(scene, emission)?});
             value["emissiveFactor"] = json!([1, 1, 1]);
@@ -402,6 +406,11 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
             "sky faces shine evenly with the sky's mean colour",
         ),
         (features.liquids, "warped liquids", "liquids do not warp"),
+        (
+            features.translucent,
+            "see-through surfaces",
+            "light passes through them without being mirrored, tinted or absorbed",
+        ),
         (
             one_sided,
             "emission",

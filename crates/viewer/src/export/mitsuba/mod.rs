@@ -59,6 +59,16 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
         emitters += 1;
     }
     explain_lamps(job, &mut reasons);
+    if scene.features.translucent {
+        reasons.push(Reason {
+            what: "see-through surfaces",
+            why:
+                "light passes straight through the part that is not painted; nothing is mirrored, \
+                  tinted or absorbed there"
+                    .into(),
+            visible: true,
+        });
+    }
     if emitters > 0 && total_weight <= 0.0 {
         document.dark_point();
     }
@@ -173,7 +183,7 @@ fn material(
             document.count_picture();
             opacity = Some(file);
         }
-        document.material(&name, &albedo, opacity.as_deref());
+        document.material(&name, &albedo, opacity.as_deref(), material.finish.alpha);
     }
     Ok(Bsdf::Named(name))
 }

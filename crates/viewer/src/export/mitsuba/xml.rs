@@ -59,8 +59,9 @@ impl Document {
     pub fn new(job: &Job<'_>) -> Self {
         let settings = job.settings;
         let scene = job.scene;
-        // Rays pass holes and lamps without a path vertex only in the volumetric integrator.
-        let integrator = if scene.features.fences || !scene.lights.is_empty() {
+        // Rays pass holes, see-through surfaces and lamps without a path vertex only in the volumetric integrator.
+        let passes = scene.features.fences || scene.features.translucent;
+        let integrator = if passes || !scene.lights.is_empty() {
             "volpath"
         } else {
             "path"
@@ -169,13 +170,22 @@ impl Document {
     }
 
     /// Adds a material that is Lambertian on both sides; where the opacity is 0 it is not there.
-    pub fn material(&mut self, name: &str, albedo: &str, opacity: Option<&str>) {
+    pub fn material(&mut self, name: &str, albedo: &str, opacity: Option<&str>, alpha: f32) {
         let picture = |role: &str, file: &str| bitmap(role, file);
         let diffuse = format!(
             "<bsdf type=\"twosided\"><bsdf type=\"diffuse\">{}</bsdf></bsdf>",
             picture("reflectance", albedo)
         );
+        let constant = format!("<float name=\"opacity\" value=\"{alpha}\"/>");
         let text = match opacity {
+            None if alpha < 1.0 => {
+                format!("<bsdf type=\"mask\" id=\"{name}\">{constant}{diffuse}</bsdf>")
+            }
+            Some(file) if alpha < 1.0 => format!(
+                "<bsdf type=\"mask\" id=\"{name}\">{}<bsdf type=\"mask\">{constant}{diffuse}</bsdf>\
+                 </bsdf>",
+                picture("opacity", file)
+            ),
             None => diffuse.replacen(
                 "<bsdf type=\"twosided\">",
                 &format!("<bsdf type=\"twosided\" id=\"{name}\">"),
