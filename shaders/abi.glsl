@@ -104,6 +104,7 @@ layout(buffer_reference) buffer CellRef;
 layout(buffer_reference) buffer CellEntryRef;
 layout(buffer_reference) buffer NumberRef;
 layout(buffer_reference) buffer LightRef;
+layout(buffer_reference) buffer SunRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
 layout(buffer_reference) buffer CountersRef;
@@ -307,6 +308,18 @@ struct Light {
     vec3 padding;
 };
 
+// A sun: a disc in the sky.
+struct Sun {
+    // Unit direction to its middle.
+    vec3 direction;
+    // 1 - cos of its angular radius.
+    float one_minus_cos;
+    // Radiance.
+    vec3 radiance;
+    // Probability with which the alias table chooses it.
+    float probability;
+};
+
 // Everything a shader reads of the scene.
 struct SceneData {
     // Triangles of all meshes.
@@ -339,6 +352,8 @@ struct SceneData {
     TreeNodeRef tree;
     // The way down to each light, second children as bits from the lowest.
     NumberRef trails;
+    // Suns.
+    SunRef suns;
     // Splits of space into cells.
     CellNodeRef cell_nodes;
     // Cells.
@@ -349,8 +364,14 @@ struct SceneData {
     uint emitter_count;
     // Entries of the alias table.
     uint entry_count;
-    // Radiance of a white sky texel.
-    float sky_scale;
+    // Number of suns.
+    uint sun_count;
+    // Emitter number of the first sun.
+    uint first_sun;
+    // Factor of the sky's picture in directions that look up.
+    vec3 sky_upper;
+    // Factor in those that look down.
+    vec3 sky_lower;
     // Radiance of a flat sky.
     vec3 sky_radiance;
     // Texture of the back layer.
@@ -359,8 +380,6 @@ struct SceneData {
     uint sky_front;
     // Probability with which the table over all emitters chooses, whatever a cell lists.
     float cell_fallback;
-    // Unused, keeps the size a multiple of 8 bytes.
-    uint padding;
 };
 
 // Numbers counted by the shaders, as low and high words.
@@ -470,7 +489,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Emi
     EmissionMap at[];
 };
 
-// Alias table over emitters, then point lights.
+// Alias table over emitters, then point lights, then suns.
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer AliasRef {
     AliasEntry at[];
 };
@@ -503,6 +522,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Num
 // Point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightRef {
     Light at[];
+};
+
+// Suns.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SunRef {
+    Sun at[];
 };
 
 // The scene (one element).

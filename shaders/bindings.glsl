@@ -19,3 +19,4 @@ layout(constant_id = 7) const bool ALL_LAYERS = true;
 layout(constant_id = 8) const bool LOG_RAYS = false;
 layout(constant_id = 9) const uint SELECTION = SELECTION_POWER;
 layout(constant_id = 10) const bool HAS_TRANSLUCENT = true;
+layout(constant_id = 11) const bool HAS_SUNS = false;

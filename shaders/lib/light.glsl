@@ -7,6 +7,7 @@ struct LightSample {
     vec3 emission;     // Le towards the shaded point; 0 if there is nothing to gain
     float pdf;         // solid angle, choice of the light included
     bool hittable;     // whether a ray in this direction would find the light too
+    bool sun;          // seen where a sky face is the first thing hit, whatever its distance
 };
 
 // The cell a point lies in; its list says which lights matter there.
@@ -60,6 +61,7 @@ LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2
     LightSample s;
     s.emission = vec3(0.0);
     s.hittable = true;
+    s.sun = false;
     Triangle t;
     vec2 b;
     const float pdf_area = sample_emitter_point(emitter, u, t, b);
@@ -97,6 +99,7 @@ LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, v
     LightSample s;
     s.emission = vec3(0.0);
     s.hittable = false;
+    s.sun = false;
     if (!(sin2 < 1.0)) return s; // inside
     const float distance = sqrt(squared);
     const vec3 axis = to_centre / distance;
@@ -119,6 +122,41 @@ LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, v
     }
     s.emission = light.intensity * (cone / (PI * light.radius * light.radius));
     return s;
+}
+
+// Solid-angle density with which sample_light, at a point in a cell, chooses a direction to a sun.
+float pdf_sun(uint index, uint cell, vec3 from) {
+    const Sun sun = params.scene.at[0].suns.at[index];
+    const uint emitter = params.scene.at[0].first_sun + index;
+    return choice_probability(cell, from, emitter, sun.probability) * pdf_cone(sun.one_minus_cos);
+}
+
+// A uniform direction to a sun.
+LightSample sample_sun(uint index, float chosen, uint cell, vec3 from, vec2 u) {
+    const Sun sun = params.scene.at[0].suns.at[index];
+    LightSample s;
+    s.hittable = true;
+    s.sun = true;
+    s.t_max = params.t_max;
+    s.wi = sample_cone(sun.direction, sun.one_minus_cos, u);
+    s.pdf = SELECTION == SELECTION_TREE ? chosen * pdf_cone(sun.one_minus_cos)
+                                        : pdf_sun(index, cell, from);
+    s.emission = s.pdf > 0.0 ? sun.radiance : vec3(0.0);
+    return s;
+}
+
+// Radiance of the suns in a direction that a path took with the density `pdf_direction` from a point
+// in a cell; weighted against sampling them if they were `sampled` there, too.
+vec3 suns_found(vec3 direction, bool sampled, uint cell, vec3 from, float pdf_direction) {
+    if (ESTIMATOR == ESTIMATOR_NEE && sampled) return vec3(0.0);
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < params.scene.at[0].sun_count; ++i) {
+        const Sun sun = params.scene.at[0].suns.at[i];
+        if (!is_in_sun(sun, direction)) continue;
+        const bool weighted = ESTIMATOR == ESTIMATOR_MIS && sampled;
+        sum += sun.radiance * (weighted ? mis_weight(pdf_direction, pdf_sun(i, cell, from)) : 1.0);
+    }
+    return sum;
 }
 
 // One emitter by the table over all: x chooses the entry, y keeps it or not.
@@ -147,13 +185,16 @@ LightSample sample_light(uint cell, vec3 from, vec4 u) {
     float probability = 0.0;
     if (SELECTION == SELECTION_TREE) {
         chosen = sample_tree(from, u.xy, probability);
-        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false);
+        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false, false);
     } else {
         chosen = SELECTION == SELECTION_LEAF ? choose_listed(cell, u.xy) : choose_emitter(u.xy);
     }
     const uint emitters = params.scene.at[0].emitter_count;
-    if (!HAS_POINT_LIGHTS || chosen < emitters) {
+    if (!HAS_POINT_LIGHTS && !HAS_SUNS || chosen < emitters) {
         return sample_emitter(chosen, probability, cell, from, u.zw);
+    }
+    if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
+        return sample_sun(chosen - params.scene.at[0].first_sun, probability, cell, from, u.zw);
     }
     return sample_point_light(chosen - emitters, probability, cell, from, u.zw);
 }

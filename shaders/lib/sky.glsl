@@ -1,4 +1,4 @@
-// Radiance of the sky by direction. Needs bindings.glsl and surface.glsl.
+// What the sky shows by direction. Needs bindings.glsl and surface.glsl.
 
 const float BACK_SPEED = 8.0;
 const float FRONT_SPEED = 16.0;
@@ -14,14 +14,24 @@ vec4 sky_texel(uint layer, vec3 direction, float speed) {
     return fetch(layer, uv * vec2(size) / SKY_TILE, size.x, size.y);
 }
 
+// Radiance of the picture.
 vec3 sky_radiance(vec3 direction) {
-    if (SKY_KIND == SKY_FLAT) return params.scene.at[0].sky_radiance;
+    const vec3 scale =
+        direction.z < 0.0 ? params.scene.at[0].sky_lower : params.scene.at[0].sky_upper;
+    if (SKY_KIND == SKY_FLAT) return scale * params.scene.at[0].sky_radiance;
     if (SKY_KIND == SKY_SCROLLING) {
         vec4 texel = sky_texel(params.scene.at[0].sky_front, direction, FRONT_SPEED);
         if (texel.a == 0.0) {
             texel = sky_texel(params.scene.at[0].sky_back, direction, BACK_SPEED);
         }
-        return params.scene.at[0].sky_scale * srgb_to_linear(texel.rgb);
+        return scale * srgb_to_linear(texel.rgb);
     }
     return vec3(0.0);
+}
+
+// Whether a sun's disc is seen in a direction. By the distance of two points on the unit sphere: their
+// cosine has lost the digits that tell small suns apart.
+bool is_in_sun(Sun sun, vec3 direction) {
+    const vec3 off = direction - sun.direction;
+    return dot(off, off) <= 2.0 * sun.one_minus_cos;
 }

@@ -6,10 +6,10 @@ use runelight_tests::builder::{Builder, camera, settings};
 use runelight_tests::devices::{Device, gpu, render};
 use runelight_tests::scenes::{room, room_view};
 use runelight_tests::stats::ZTest;
-use scene::Scene;
 use scene::cells::{CELL, CellNode, LightCells};
 use scene::light::{PointLight, Spot};
 use scene::render::{ESCAPES_KEPT, Escape, Estimator, Film, Renderer, Selection, Settings};
+use scene::{Scene, Sun};
 use std::sync::Arc;
 
 /// A film of the sum of several calls, each with as many samples per pixel as `schedule` says.
@@ -144,6 +144,8 @@ fn room_with_lamps() -> Arc<Scene> {
             ..lamp(Vec3::new(10.0, -15.0, 25.0), 1500.0)
         },
     ];
+    let direction = Vec3::new(0.3, 0.2, 1.0).normalize();
+    scene.sky.suns = vec![Sun::new(direction, 0.1, Vec3::splat(2.0))];
     list_emitters(&mut scene);
     // Two cells; the list of one lacks half of what shines there, that of the other has all.
     let split = CellNode {
@@ -161,6 +163,7 @@ fn room_with_lamps() -> Arc<Scene> {
         &bounds,
         &scene.emitters,
         &scene.lights,
+        &scene.sky.suns,
         |cell, seen| seen.extend((0..count).step_by(2 - cell)),
     );
     Arc::new(scene.completed())

@@ -35,4 +35,5 @@ use ::scene::render::{Film, Settings};
 use runelight_tests::devices::{self, Device};
 use std::sync::Arc;
 
-on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "passages.rs");
+on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "passages.rs",
+    skies: "skies.rs");

@@ -50,6 +50,13 @@ fn the_devices_agree_through_water_and_glass() {
 }
 
 #[test]
+fn the_devices_agree_on_a_room_with_suns() {
+    let mut scene = Arc::unwrap_or_clone(runelight_tests::scenes::sunny_room());
+    scene.cameras = vec![runelight_tests::scenes::room_view()];
+    check_devices(&Arc::new(scene));
+}
+
+#[test]
 fn the_devices_agree_on_real_levels() {
     let Some(game) = levels::game() else { return };
     for name in LEVELS {

@@ -1,8 +1,8 @@
 //! Scenes that more than one test needs.
 
-use crate::builder::{Builder, camera};
+use crate::builder::{Builder, camera, list_emitters};
 use glam::{Affine3A, EulerRot, Quat, Vec3};
-use scene::sky::SkyKind;
+use scene::sky::{SkyKind, Sun};
 use scene::{Scene, Sky};
 use std::sync::Arc;
 
@@ -12,7 +12,8 @@ pub fn scrolling(b: &mut Builder) -> Sky {
     let front = b.texture(2, vec![[0, 0, 0, 0], [220, 220, 230, 255]]);
     Sky {
         kind: SkyKind::Scrolling { back, front },
-        scale: 1.5,
+        scale: [Vec3::new(1.5, 1.4, 1.3), Vec3::new(0.5, 0.7, 0.9)],
+        suns: Vec::new(),
     }
 }
 
@@ -61,6 +62,20 @@ pub fn room() -> Arc<Scene> {
     b.build()
 }
 
+/// The [`room`] with suns: wide ones, so that they are found by chance.
+#[must_use]
+pub fn sunny_room() -> Arc<Scene> {
+    let mut scene = Arc::unwrap_or_clone(room());
+    let sun =
+        |direction: Vec3, radius, irradiance| Sun::new(direction.normalize(), radius, irradiance);
+    scene.sky.suns = vec![
+        sun(Vec3::new(0.4, 0.1, 1.0), 0.35, Vec3::new(1.5, 1.2, 0.8)),
+        sun(Vec3::new(-0.3, 0.5, 1.0), 0.25, Vec3::new(0.2, 0.3, 0.6)),
+    ];
+    list_emitters(&mut scene);
+    Arc::new(scene.completed())
+}
+
 /// A view of most of the [`room`].
 #[must_use]
 pub fn room_view() -> scene::Camera {
@@ -76,7 +91,7 @@ pub fn fill_below(b: &mut Builder, top: f32, material: scene::MaterialId) {
     }];
 }
 
-/// A room half full of water: a lamp below the surface and one above, a skylight, a pane of coloured
+/// A room half full of water: a lamp below the surface and one above, a skylight with a sun, a pane of coloured
 /// glass, a glowing sheet that light passes, and bars in the water.
 #[must_use]
 pub fn pool() -> Arc<Scene> {
@@ -127,6 +142,8 @@ pub fn pool() -> Arc<Scene> {
     b.cuboid(min, max, false, [glass; 6]);
     fill_below(&mut b, 0.0, water);
     b.scene.sky = scrolling(&mut b);
+    let direction = Vec3::new(0.1, 0.4, 1.0).normalize();
+    b.scene.sky.suns = vec![Sun::new(direction, 0.3, Vec3::new(1.0, 0.9, 0.6))];
     b.build()
 }
 

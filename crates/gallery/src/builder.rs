@@ -213,9 +213,15 @@ pub fn list_emitters(scene: &mut Scene) {
         materials,
         textures,
         lights,
+        sky,
         ..
     } = scene;
-    scene.emitters = Emitters::new(meshes, instances, materials, textures).with_lights(lights);
+    let triangles = scene::sky::sky_triangles(meshes, instances, |m| {
+        materials[m.0 as usize].surface == scene::Surface::Sky
+    });
+    sky.suns = scene::sky::weighed_suns(std::mem::take(&mut sky.suns), &triangles);
+    scene.emitters =
+        Emitters::new(meshes, instances, materials, textures).with_lights(lights, &sky.suns);
 }
 
 /// The sides of an axis-aligned box that faces in or out, counter-clockwise from the front, in the

@@ -11,6 +11,7 @@ use crate::shading::{
 use crate::triangle::Ray;
 use crate::world::World;
 use glam::DVec3;
+use scene::Surface;
 use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
 
 /// What a path found.
@@ -86,18 +87,20 @@ pub(crate) fn trace_path(
         let point = world.surface_point(&hit);
         let arriving = throughput * depth_along.transmittance(hit.at.t);
 
+        // Of emission that light sampling would have found with this density.
+        let weight = |pdf_light: f64| match estimator {
+            _ if is_found_alone => 1.0,
+            Estimator::Naive | Estimator::Uniform => 1.0,
+            Estimator::Nee => 0.0,
+            Estimator::Mis => mis_weight(pdf_direction, pdf_light),
+        };
         let emitted = world.emitted(&point, ray.direction);
         if emitted != DVec3::ZERO {
-            let weight = match estimator {
-                _ if is_found_alone => 1.0,
-                Estimator::Naive | Estimator::Uniform => 1.0,
-                Estimator::Nee => 0.0,
-                Estimator::Mis => {
-                    let pdf_light = world.pdf_light(&choice, &point, ray.direction, hit.at.t);
-                    mis_weight(pdf_direction, pdf_light)
-                }
-            };
-            sample.add(k, arriving * emitted * weight);
+            let pdf_light = world.pdf_light(&choice, &point, ray.direction, hit.at.t);
+            sample.add(k, arriving * emitted * weight(pdf_light));
+        }
+        if point.material.surface == Surface::Sky {
+            sample.add(k, arriving * world.suns(&choice, ray.direction, weight));
         }
 
         let finish = &point.material.finish;
@@ -145,7 +148,7 @@ pub(crate) fn trace_path(
                 absorption: depth_along.absorption(),
             };
             let light = sample_light(world, estimator, &choice, &vertex, rng, stack);
-            sample.rays += u64::from(light.traced);
+            sample.rays += u64::from(light.rays);
             sample.add(k + 1, throughput * light.radiance);
         }
 

@@ -47,6 +47,7 @@ mod lights;
 mod passage;
 mod rng;
 pub mod shading;
+mod sky;
 mod triangle;
 mod world;
 

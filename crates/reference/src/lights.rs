@@ -8,6 +8,7 @@ use crate::shading::{
     sample_sphere_cone, spawn_origin, sphere_cone_height, sphere_near_distance, sphere_radiance,
     spot_factor,
 };
+use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
@@ -18,15 +19,22 @@ use scene::render::Estimator;
 pub(crate) struct LightSample {
     /// Radiance reflected towards the viewer.
     pub radiance: DVec3,
-    /// Whether a shadow ray was traced.
-    pub traced: bool,
+    /// Rays that were traced.
+    pub rays: u32,
 }
 
 /// A light sample before it is known whether anything is between.
 struct Candidate {
     radiance: DVec3,
-    /// End of the shadow ray, world space.
-    end: DVec3,
+    end: End,
+}
+
+/// Where the light comes from.
+enum End {
+    /// A point, world space: nothing may be between.
+    At(DVec3),
+    /// A direction: a sky face must be the first thing there.
+    Sky(DVec3),
 }
 
 /// A path vertex that light is sampled at.
@@ -58,26 +66,38 @@ pub(crate) fn sample_light(
         return LightSample::default();
     };
     let u = rng.next2();
-    let candidate = match entry.checked_sub(emitters.list.len()) {
-        None => sample_emitter(world, estimator, choice, point, entry as u32, u),
-        Some(light) => {
-            let light = &world.scene.lights[light];
-            let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
-            let pdf_choice = choice.probability(entry as u32, power);
-            sample_point_light(point, light, pdf_choice, u)
-        }
+    let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
+    let candidate = if entry < listed {
+        sample_emitter(world, estimator, choice, point, entry as u32, u)
+    } else if entry < listed + lights {
+        let light = &world.scene.lights[entry - listed];
+        let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
+        let pdf_choice = choice.probability(entry as u32, power);
+        sample_point_light(point, light, pdf_choice, u)
+    } else {
+        sample_sun(world, estimator, choice, point, entry - listed - lights, u)
     };
     let Some(Candidate { radiance, end }) = candidate else {
         return LightSample::default();
     };
-    let arriving = world.transmittance(vertex.absorption, point.spawn_origin(), end, stack);
+    let origin = point.spawn_origin();
+    let (arriving, rays) = match end {
+        End::At(end) => {
+            let arriving = world.transmittance(vertex.absorption, origin, end, stack);
+            (arriving, 1)
+        }
+        End::Sky(direction) => {
+            let ray = Ray::new(origin, direction);
+            world.transmittance_of_sky(vertex.absorption, &ray, stack)
+        }
+    };
     LightSample {
         radiance: if arriving == DVec3::ZERO {
             DVec3::ZERO
         } else {
             radiance * eval_diffuse(vertex.albedo) * arriving
         },
-        traced: true,
+        rays,
     }
 }
 
@@ -113,7 +133,11 @@ fn sample_emitter(
     };
     Some(Candidate {
         radiance: emitted * (cos * weight / pdf_light),
-        end: spawn_origin(light.position, light.facing_normal(), light.error),
+        end: End::At(spawn_origin(
+            light.position,
+            light.facing_normal(),
+            light.error,
+        )),
     })
 }
 
@@ -145,6 +169,33 @@ fn sample_point_light(
     let emitted = sphere_radiance(light.intensity.as_dvec3(), radius) * factor;
     Some(Candidate {
         radiance: emitted * (cos / pdf_light),
-        end: point.position + direction * sphere_near_distance(distance, radius, h),
+        end: End::At(point.position + direction * sphere_near_distance(distance, radius, h)),
+    })
+}
+
+/// Irradiance estimate from a uniform direction to a sun.
+fn sample_sun(
+    world: &World,
+    estimator: Estimator,
+    choice: &Choice<'_>,
+    point: &SurfacePoint<'_>,
+    index: usize,
+    u: [f64; 2],
+) -> Option<Candidate> {
+    let sun = &world.scene.sky.suns[index];
+    let axis = sun.direction.as_dvec3().normalize();
+    let (direction, _) = sample_sphere_cone(axis, f64::from(sun.one_minus_cos), u);
+    let cos = direction.dot(point.facing_normal());
+    let pdf_light = world.pdf_sun(choice, index);
+    if !(cos > 0.0 && pdf_light > 0.0) {
+        return None;
+    }
+    let weight = match estimator {
+        Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
+        _ => 1.0,
+    };
+    Some(Candidate {
+        radiance: sun.radiance.as_dvec3() * (cos * weight / pdf_light),
+        end: End::Sky(direction),
     })
 }

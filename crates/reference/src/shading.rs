@@ -5,7 +5,7 @@
 //! Densities are per steradian (solid angle) or per squared world unit (area), as each one says.
 
 use glam::{DVec2, DVec3};
-use scene::{Texture, light::Spot};
+use scene::{Sun, Texture, light::Spot};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 pub use scene::material::{srgb_to_linear, warp};
@@ -91,6 +91,20 @@ pub fn sample_sphere_cone(axis: DVec3, height: f64, u: [f64; 2]) -> (DVec3, f64)
 #[must_use]
 pub fn pdf_sphere_cone(height: f64) -> f64 {
     1.0 / (TAU * height)
+}
+
+/// Whether a sun's disc is seen in a direction, a unit vector. By the distance of the two points on the
+/// unit sphere, which keeps its digits where a cosine is close to 1.
+#[must_use]
+pub fn sun_is_seen(sun: &Sun, direction: DVec3) -> bool {
+    let axis = sun.direction.as_dvec3().normalize();
+    direction.distance_squared(axis) <= 2.0 * f64::from(sun.one_minus_cos)
+}
+
+/// Number of the half of the sky that a direction is in: 0 the upper, 1 the lower one.
+#[must_use]
+pub fn sky_half(direction: DVec3) -> usize {
+    usize::from(direction.z < 0.0)
 }
 
 /// Two unit vectors that form a right-handed basis with the unit vector `n` (Duff et al. 2017).

@@ -3,20 +3,17 @@
 use crate::Error;
 use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
 use crate::passage::{Depth, eval_passage};
-use crate::shading::{point_error, scroll_uv, spawn_origin, srgb_to_linear, texel_index, warp};
+use crate::shading::{point_error, spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use scene::cells::{self, CELL, CellNode, LightCells};
 use scene::emitter::tree::LEAF;
 use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
 use scene::material::{MAX_ALBEDO, WARP_TILE};
-use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
+use scene::sky::SkyKind;
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
 use std::cell::Cell;
 use std::sync::Arc;
-
-/// Texels of a sky layer's tile, whatever the picture's size.
-const SKY_TILE: f64 = 128.0;
 
 /// The scene with its triangles flattened.
 #[derive(Debug)]
@@ -24,7 +21,7 @@ pub(crate) struct World {
     pub scene: Arc<Scene>,
     pub bvh: Bvh,
     /// Level time in seconds.
-    time: f64,
+    pub time: f64,
     /// By slot, what the test of the ray does not need.
     infos: Vec<TriangleInfo>,
     /// By index into `Emitters::sources`, the slot.
@@ -217,8 +214,8 @@ impl World {
         }
     }
 
-    /// Radiance that leaves a point towards where it is seen from; `direction` is the view's
-    /// direction to the point.
+    /// Radiance that leaves a point towards where it is seen from, but for that of suns; `direction`
+    /// is the view's direction to the point.
     pub fn emitted(&self, point: &SurfacePoint<'_>, direction: DVec3) -> DVec3 {
         let material = point.material;
         if material.surface == Surface::Sky {
@@ -246,28 +243,6 @@ impl World {
             .min(DVec3::splat(f64::from(MAX_ALBEDO)))
     }
 
-    /// Radiance of the sky in a direction.
-    pub fn sky_radiance(&self, direction: DVec3) -> DVec3 {
-        match self.scene.sky.kind {
-            SkyKind::None => DVec3::ZERO,
-            SkyKind::Flat(radiance) => radiance.as_dvec3(),
-            SkyKind::Scrolling { back, front } => {
-                let layer = |id: TextureId, speed| {
-                    let texture = self.texture(id);
-                    let uv = DVec2::from(scroll_uv(direction.to_array(), self.time, speed));
-                    texture.rgba[texel_index(texture, uv / SKY_TILE * size(texture))]
-                };
-                let over = layer(front, FRONT_SPEED);
-                let texel = if over[3] == 0 {
-                    layer(back, BACK_SPEED)
-                } else {
-                    over
-                };
-                self.decode(texel) * f64::from(self.scene.sky.scale)
-            }
-        }
-    }
-
     fn is_hole(&self, hit: &Hit) -> bool {
         let info = &self.infos[hit.slot as usize];
         let material = &self.scene.materials[info.material as usize];
@@ -289,18 +264,18 @@ impl World {
         texture.rgba[texel_index(texture, uv)]
     }
 
-    fn texture(&self, id: TextureId) -> &Texture {
+    pub fn texture(&self, id: TextureId) -> &Texture {
         &self.scene.textures[id.0 as usize]
     }
 
     /// Linear RGB of a texel.
-    fn decode(&self, texel: [u8; 4]) -> DVec3 {
+    pub fn decode(&self, texel: [u8; 4]) -> DVec3 {
         let [r, g, b, _] = texel.map(|byte| self.linear[usize::from(byte)]);
         DVec3::new(r, g, b)
     }
 }
 
-fn size(texture: &Texture) -> DVec2 {
+pub(crate) fn size(texture: &Texture) -> DVec2 {
     DVec2::new(f64::from(texture.width), f64::from(texture.height))
 }
 
@@ -438,7 +413,7 @@ fn check(scene: &Scene) -> Result<(), Error> {
         emitters_are_valid(emitters),
         "an emitter's texels or its number do not exist",
     )?;
-    let entries = emitters.list.len() + scene.lights.len();
+    let entries = emitters.list.len() + scene.lights.len() + scene.sky.suns.len();
     ensure(
         emitters.alias.len() == entries
             && emitters
@@ -446,6 +421,14 @@ fn check(scene: &Scene) -> Result<(), Error> {
                 .iter()
                 .all(|&(_, other)| (other as usize) < entries),
         "the emitters' alias table does not fit the emitters",
+    )?;
+    ensure(
+        scene
+            .sky
+            .suns
+            .iter()
+            .all(|s| s.one_minus_cos > 0.0 && s.one_minus_cos <= 1.0),
+        "a sun is not between a point and half of the sky",
     )?;
     ensure(
         cells_fit(scene),

@@ -206,7 +206,7 @@ abi! {
         SourceRef => readonly Source, align "16";
         /// Emission textures.
         EmissionMapRef => readonly EmissionMap, align "4";
-        /// Alias table over emitters, then point lights.
+        /// Alias table over emitters, then point lights, then suns.
         AliasRef => readonly AliasEntry, align "8";
         /// Nodes of the tree over all lights, the root first.
         TreeNodeRef => readonly TreeNode, align "16";
@@ -220,6 +220,8 @@ abi! {
         NumberRef => readonly uint, align "4";
         /// Point lights.
         LightRef => readonly Light, align "16";
+        /// Suns.
+        SunRef => readonly Sun, align "16";
         /// The scene (one element).
         SceneRef => readonly SceneData, align "8";
         /// Film planes of width * height elements each, one after the other.
@@ -417,6 +419,17 @@ abi! {
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: vec3,
         }
+        /// A sun: a disc in the sky.
+        Sun {
+            /// Unit direction to its middle.
+            direction: vec3,
+            /// 1 - cos of its angular radius.
+            one_minus_cos: float,
+            /// Radiance.
+            radiance: vec3,
+            /// Probability with which the alias table chooses it.
+            probability: float,
+        }
         /// Everything a shader reads of the scene.
         SceneData {
             /// Triangles of all meshes.
@@ -449,6 +462,8 @@ abi! {
             tree: TreeNodeRef,
             /// The way down to each light, second children as bits from the lowest.
             trails: NumberRef,
+            /// Suns.
+            suns: SunRef,
             /// Splits of space into cells.
             cell_nodes: CellNodeRef,
             /// Cells.
@@ -459,8 +474,14 @@ abi! {
             emitter_count: uint,
             /// Entries of the alias table.
             entry_count: uint,
-            /// Radiance of a white sky texel.
-            sky_scale: float,
+            /// Number of suns.
+            sun_count: uint,
+            /// Emitter number of the first sun.
+            first_sun: uint,
+            /// Factor of the sky's picture in directions that look up.
+            sky_upper: vec3,
+            /// Factor in those that look down.
+            sky_lower: vec3,
             /// Radiance of a flat sky.
             sky_radiance: vec3,
             /// Texture of the back layer.
@@ -469,8 +490,6 @@ abi! {
             sky_front: uint,
             /// Probability with which the table over all emitters chooses, whatever a cell lists.
             cell_fallback: float,
-            /// Unused, keeps the size a multiple of 8 bytes.
-            padding: uint,
         }
         /// Numbers counted by the shaders, as low and high words.
         Counters {
@@ -557,6 +576,7 @@ mod tests {
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<Emitter>(), 32);
         assert_eq!(size_of::<Source>(), 32);
+        assert_eq!(size_of::<Sun>(), 32);
         assert_eq!(size_of::<CellNode>(), 32);
         assert_eq!(size_of::<TreeNode>(), 48);
         assert_eq!(size_of::<CellEntry>(), 16);

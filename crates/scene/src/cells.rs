@@ -7,6 +7,8 @@
 
 use crate::emitter::{Emitters, alias_table};
 use crate::light::PointLight;
+use crate::material::luminance;
+use crate::sky::Sun;
 use glam::Vec3;
 
 /// Probability with which the table over all emitters chooses, whatever the cell's list says.
@@ -79,6 +81,8 @@ struct Extent {
     power: f32,
     /// A point and the normal of a surface that shines to its front alone.
     front: Option<(Vec3, Vec3)>,
+    /// Equally strong everywhere: `power` is what it is at unit distance.
+    is_distant: bool,
 }
 
 impl LightCells {
@@ -90,6 +94,7 @@ impl LightCells {
         bounds: &[[Vec3; 2]],
         emitters: &Emitters,
         lights: &[PointLight],
+        suns: &[Sun],
         mut candidates: impl FnMut(usize, &mut Vec<u32>),
     ) -> Self {
         let extents: Vec<Extent> = (emitters.list.iter())
@@ -100,6 +105,7 @@ impl LightCells {
                     max,
                     power: e.weight,
                     front: (!e.two_sided).then_some((e.corners[0], e.normal)),
+                    is_distant: false,
                 }
             })
             .chain(lights.iter().map(|l| Extent {
@@ -107,6 +113,15 @@ impl LightCells {
                 max: l.position + l.radius,
                 power: l.weight(),
                 front: None,
+                is_distant: false,
+            }))
+            .chain(suns.iter().map(|s| Extent {
+                min: Vec3::ZERO,
+                max: Vec3::ZERO,
+                // A surface of power (divided by pi) w gives at most w over squared distance.
+                power: luminance(s.irradiance().to_array()),
+                front: None,
+                is_distant: true,
             }))
             .collect();
         let most = (MOST_ENTRIES / bounds.len().max(1)).min(MOST_PER_CELL);
@@ -148,6 +163,9 @@ impl LightCells {
 /// Share of a light in a cell's list, not normalised: power over squared distance, none for
 /// surfaces that show the whole cell their back.
 fn weight(light: &Extent, [min, max]: [Vec3; 2]) -> f32 {
+    if light.is_distant {
+        return light.power;
+    }
     if let Some((point, normal)) = light.front {
         // The corner of the box farthest along the normal.
         let corner = Vec3::select(normal.cmpgt(Vec3::ZERO), max, min);
@@ -213,6 +231,7 @@ mod tests {
             &[[Vec3::ZERO, Vec3::splat(8.0)]; 3],
             &emitters,
             &[],
+            &[],
             |cell, out| match cell {
                 0 => out.extend([0, 1, 2]),
                 1 => out.extend([1]),
@@ -244,7 +263,7 @@ mod tests {
         let emitters = lamps((0..500).map(|i| (-100.0, (i * 37 % 500) as f32 + 1.0)));
         let bounds = [[Vec3::ZERO, Vec3::ONE]];
         let all = |_: usize, out: &mut Vec<u32>| out.extend(0..500);
-        let cells = LightCells::new(vec![], &bounds, &emitters, &[], all);
+        let cells = LightCells::new(vec![], &bounds, &emitters, &[], &[], all);
         assert_eq!(cells.entries.len(), MOST_PER_CELL);
         assert!(cells.entries.is_sorted_by_key(|e| e.emitter));
         for e in &cells.entries {

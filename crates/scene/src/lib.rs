@@ -30,7 +30,7 @@ pub use light::PointLight;
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
 pub use mesh::{Instance, Mesh, Triangle};
-pub use sky::Sky;
+pub use sky::{Sky, Sun};
 
 use glam::{Affine3A, Vec3};
 
@@ -91,6 +91,8 @@ pub struct Features {
     pub point_lights: bool,
     /// Some of them are spotlights.
     pub spotlights: bool,
+    /// The sky has suns.
+    pub suns: bool,
     /// Instances are placed elsewhere than where their mesh lies.
     pub instances: bool,
 }
@@ -128,6 +130,11 @@ impl Features {
                 "light entities as small spheres",
             ),
             (self.spotlights, "spotlights", "light entities with a cone"),
+            (
+                self.suns,
+                "suns",
+                "discs in the sky: light sampled in their cones",
+            ),
             (
                 self.instances,
                 "instances",
@@ -197,6 +204,7 @@ impl Scene {
             emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
             point_lights: !self.lights.is_empty(),
             spotlights: self.lights.iter().any(|l| l.spot.is_some()),
+            suns: !self.sky.suns.is_empty(),
             instances: self
                 .instances
                 .iter()

@@ -1,18 +1,39 @@
-//! What a sky face shows.
+//! What a sky face shows: a picture by direction, and suns.
 
-use crate::material::TextureId;
+use crate::material::{MaterialId, TextureId, luminance};
+use crate::mesh::{Instance, Mesh};
 use glam::Vec3;
+use std::f32::consts::PI;
+
+/// Least share of the sky's area that a sun is taken to shine through.
+const LEAST_SHARE: f32 = 1e-3;
 
 /// Radiance seen through sky faces, by direction. A ray that hits nothing is black, not sky.
-#[derive(Clone, Debug, Default)]
+///
+/// In a direction it is the picture's radiance there times [`Sky::scale`], and the radiance of every
+/// sun that is seen there.
+#[derive(Clone, Debug)]
 pub struct Sky {
-    /// The kind of sky.
+    /// The picture.
     pub kind: SkyKind,
-    /// Radiance of a white texel.
-    pub scale: f32,
+    /// Factor of the picture, linear RGB: in directions that look up or along the ground
+    /// (`z >= 0`), and in those that look down.
+    pub scale: [Vec3; 2],
+    /// Suns.
+    pub suns: Vec<Sun>,
 }
 
-/// Kinds of sky.
+impl Default for Sky {
+    fn default() -> Self {
+        Self {
+            kind: SkyKind::None,
+            scale: [Vec3::ONE; 2],
+            suns: Vec::new(),
+        }
+    }
+}
+
+/// Kinds of pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum SkyKind {
     /// The same radiance in every direction, linear RGB.
@@ -27,6 +48,87 @@ pub enum SkyKind {
         /// Front layer; alpha 0 shows the back.
         front: TextureId,
     },
+}
+
+/// A sun: a disc without distance, of the same radiance all over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit direction to its middle, world space.
+    pub direction: Vec3,
+    /// 1 - cos of the angle between its middle and its edge, which keeps its digits where that
+    /// angle is small.
+    pub one_minus_cos: f32,
+    /// Linear RGB.
+    pub radiance: Vec3,
+    /// Weight among the emitters: the power that comes in through all sky faces, divided by pi, as
+    /// luminance.
+    pub weight: f32,
+    /// Smallest and largest corner of the sky faces that it shines through, world space.
+    pub window: [Vec3; 2],
+}
+
+impl Sun {
+    /// A sun of this angular radius (radians, up to a right angle) that gives a surface which faces it
+    /// the irradiance `irradiance`. It shines through
+    /// no sky faces yet.
+    #[must_use]
+    pub fn new(direction: Vec3, radius: f32, irradiance: Vec3) -> Self {
+        let half = (radius / 2.0).sin();
+        let one_minus_cos = 2.0 * half * half;
+        let projected = PI * one_minus_cos * (2.0 - one_minus_cos);
+        Self {
+            direction,
+            one_minus_cos,
+            radiance: irradiance / projected,
+            weight: 0.0,
+            window: [Vec3::ZERO; 2],
+        }
+    }
+
+    /// Irradiance of a surface that faces the sun.
+    #[must_use]
+    pub fn irradiance(&self) -> Vec3 {
+        self.radiance * (PI * self.one_minus_cos * (2.0 - self.one_minus_cos))
+    }
+}
+
+/// The corners of all triangles of placed meshes that show the sky; `is_sky` says so of a material.
+#[must_use]
+pub fn sky_triangles(
+    meshes: &[Mesh],
+    instances: &[Instance],
+    is_sky: impl Fn(MaterialId) -> bool,
+) -> Vec<[Vec3; 3]> {
+    let mut out = Vec::new();
+    for instance in instances {
+        let mesh = &meshes[instance.mesh];
+        let place = |v: u32| (instance.transform).transform_point3(mesh.positions[v as usize]);
+        let sky = mesh.triangles.iter().filter(|t| is_sky(t.material));
+        out.extend(sky.map(|t| t.vertices.map(place)));
+    }
+    out
+}
+
+/// The suns with their weights: the power that comes in through the triangles of the sky. Without
+/// any there are no suns.
+#[must_use]
+pub fn weighed_suns(mut suns: Vec<Sun>, sky: &[[Vec3; 3]]) -> Vec<Sun> {
+    let areas = || (sky.iter()).map(|[a, b, c]| (*b - *a).cross(*c - *a) / 2.0);
+    let total: f32 = areas().map(Vec3::length).sum();
+    for sun in &mut suns {
+        let projected: f32 = areas().map(|a| (-a.dot(sun.direction)).max(0.0)).sum();
+        let irradiance = luminance(sun.irradiance().to_array());
+        sun.weight = irradiance / PI * projected.max(LEAST_SHARE * total);
+        let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let lit = (sky.iter().zip(areas())).filter(|(_, a)| a.dot(sun.direction) <= 0.0);
+        let corners = lit.flat_map(|(corners, _)| *corners);
+        sun.window = corners.fold(none, |[min, max], p| [min.min(p), max.max(p)]);
+        if projected <= 0.0 {
+            sun.window = [Vec3::ZERO; 2];
+        }
+    }
+    suns.retain(|sun| sun.weight > 0.0 && sun.weight.is_finite());
+    suns
 }
 
 /// Speed of the back layer in texels per second.
@@ -55,5 +157,18 @@ mod tests {
         let [u, v] = scroll_uv([1.0, 1.0, 1.0], 0.0, BACK_SPEED);
         assert!((u / 128.0 - 0.8904).abs() < 1e-4 && (v / 128.0 - 0.8904).abs() < 1e-4);
         assert_eq!(scroll_uv([0.0, 0.0, 1.0], 0.0, BACK_SPEED), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn small_suns_keep_their_digits() {
+        for degrees in [1e-3f32, 0.27, 10.0, 90.0] {
+            let sun = Sun::new(Vec3::Z, degrees.to_radians(), Vec3::splat(2.0));
+            let radius = f64::from(degrees).to_radians();
+            let exact = 2.0 * (radius / 2.0).sin().powi(2);
+            assert!((f64::from(sun.one_minus_cos) / exact - 1.0).abs() < 1e-6);
+            let radiance = 2.0 / (std::f64::consts::PI * radius.sin().powi(2));
+            assert!((f64::from(sun.radiance.x) / radiance - 1.0).abs() < 1e-6);
+            assert!((sun.irradiance().x - 2.0).abs() < 1e-5);
+        }
     }
 }

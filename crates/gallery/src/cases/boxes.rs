@@ -198,7 +198,7 @@ fn far_dark_room() -> Arc<Scene> {
     b.transform(Affine3A::from_translation(far()));
     b.scene.sky = scene::Sky {
         kind: scene::sky::SkyKind::Flat(Vec3::splat(1000.0)),
-        scale: 1.0,
+        ..scene::Sky::default()
     };
     b.build()
 }

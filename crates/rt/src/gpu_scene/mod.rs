@@ -84,6 +84,14 @@ impl GpuScene {
             .iter()
             .map(|l| light(l, inv_total_weight))
             .collect();
+        let suns: Vec<_> = (scene.sky.suns.iter())
+            .map(|s| abi::Sun {
+                direction: s.direction.to_array(),
+                one_minus_cos: s.one_minus_cos,
+                radiance: s.radiance.to_array(),
+                probability: s.weight * inv_total_weight,
+            })
+            .collect();
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
         let finishes: Vec<_> = (scene.materials.iter())
             .map(|m| finish(&m.finish))
@@ -139,6 +147,7 @@ impl GpuScene {
         let triangles = staging.add(device, "triangles", Usage::STORAGE_BUFFER, &triangles)?;
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
+        let sun_buffer = staging.add(device, "suns", Usage::STORAGE_BUFFER, &suns)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
         let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
         let cell_nodes = staging.add(device, "cell nodes", Usage::STORAGE_BUFFER, &cell_nodes)?;
@@ -178,6 +187,7 @@ impl GpuScene {
             source_numbers: source_numbers.address(),
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
+            suns: sun_buffer.address(),
             cell_nodes: cell_nodes.address(),
             cells: cells.address(),
             cell_entries: cell_entries.address(),
@@ -185,7 +195,10 @@ impl GpuScene {
             cell_fallback: scene::cells::FALLBACK,
             emitter_count: emitters.list.len() as u32,
             entry_count: alias.len() as u32,
-            sky_scale: scene.sky.scale,
+            sun_count: suns.len() as u32,
+            first_sun: (scene.emitters.list.len() + lights.len()) as u32,
+            sky_upper: scene.sky.scale[0].to_array(),
+            sky_lower: scene.sky.scale[1].to_array(),
             ..abi::SceneData::zeroed()
         };
         let sky = match scene.sky.kind {
@@ -253,6 +266,7 @@ impl GpuScene {
                 source_numbers,
                 alias_buffer,
                 light_buffer,
+                sun_buffer,
                 materials,
                 finishes,
                 cell_nodes,

@@ -89,21 +89,29 @@ impl PathTrace {
                 Selection::Uniform => abi::SELECTION_UNIFORM,
             },
             u32::from(features.translucent),
+            u32::from(features.suns),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
             Kind::TraceOnly => spirv!("trace_only.rgen"),
         };
         let (miss, shadow_miss) = (spirv!("path_trace.rmiss"), spirv!("shadow.rmiss"));
+        let sun_miss = spirv!("sun.rmiss");
         let (closest_hit, any_hit) = (spirv!("path_trace.rchit"), spirv!("path_trace.rahit"));
         let (clear, through) = (spirv!("transmittance.rmiss"), spirv!("transmittance.rahit"));
         // Opaque, alpha-tested, and what shadow rays ask where light passes through.
-        let misses: &[&[u32]] = &[&miss, &shadow_miss, &clear];
         let any_hits: &[&[u32]] = &[&any_hit, &through];
-        let (misses, any_hits) = match (features.fences, features.translucent) {
-            (_, true) => (misses, any_hits),
-            (true, false) => (&misses[..2], &any_hits[..1]),
-            (false, false) => (&misses[..2], &any_hits[..0]),
+        let any_hits = match (features.fences, features.translucent) {
+            (_, true) => any_hits,
+            (true, false) => &any_hits[..1],
+            (false, false) => &any_hits[..0],
+        };
+        // What comes last is left out where nothing asks for it.
+        let misses: &[&[u32]] = &[&miss, &shadow_miss, &clear, &sun_miss];
+        let misses = match (features.translucent, features.suns) {
+            (_, true) => misses,
+            (true, false) => &misses[..3],
+            (false, false) => &misses[..2],
         };
         let shaders = RayTracingShaders {
             raygen: &raygen,

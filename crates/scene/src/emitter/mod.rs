@@ -12,6 +12,7 @@ pub use tree::LightTree;
 use crate::light::PointLight;
 use crate::material::{Material, MaterialId, Texture};
 use crate::mesh::{Instance, Mesh};
+use crate::sky::Sun;
 use glam::Vec3;
 
 /// One thing that can be chosen as a light: emitting texels of a face, or a part of a triangle.
@@ -120,7 +121,7 @@ pub const NO_EMITTER: u32 = u32::MAX;
 /// Everything that can be chosen as a light, with one alias table over the estimated powers and a tree
 /// by place.
 ///
-/// The table's entries are the emitters, then the point lights of the scene. An entry is chosen with
+/// The table's entries are the emitters, then the point lights of the scene, then its suns. An entry is chosen with
 /// probability `weight / total_weight`.
 #[derive(Clone, Debug, Default)]
 pub struct Emitters {
@@ -133,7 +134,7 @@ pub struct Emitters {
     /// Textures that were taken apart.
     pub maps: Vec<EmissionMap>,
     /// Per entry the probability to keep it, and the entry to take otherwise. Emitters first, then
-    /// `Scene::lights`.
+    /// `Scene::lights`, then `Sky::suns`.
     pub alias: Vec<(f32, u32)>,
     /// Sum of all weights; 0 if nothing emits.
     pub total_weight: f32,
@@ -153,17 +154,18 @@ impl Emitters {
         list::list(meshes, instances, materials, textures)
     }
 
-    /// Builds the alias table and the tree over the emitters and `lights`.
+    /// Builds the alias table and the tree over the emitters, `lights` and `suns`.
     #[must_use]
-    pub fn with_lights(mut self, lights: &[PointLight]) -> Self {
+    pub fn with_lights(mut self, lights: &[PointLight], suns: &[Sun]) -> Self {
         let weights: Vec<f64> = (self.list.iter().map(|e| e.weight))
             .chain(lights.iter().map(PointLight::weight))
+            .chain(suns.iter().map(|s| s.weight))
             .map(f64::from)
             .collect();
         let total: f64 = weights.iter().sum();
         self.alias = alias_table(&weights, total);
         self.total_weight = total as f32;
-        self.tree = LightTree::new(&self.list, lights);
+        self.tree = LightTree::new(&self.list, lights, suns);
         self
     }
 

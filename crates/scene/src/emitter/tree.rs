@@ -4,6 +4,7 @@
 
 use super::Emitter;
 use crate::light::PointLight;
+use crate::sky::Sun;
 use glam::Vec3;
 
 /// Bins per axis where a split is looked for.
@@ -61,7 +62,10 @@ struct Entry {
 
 impl LightTree {
     /// Builds the tree; empty if there are too many lights for it.
-    pub(super) fn new(emitters: &[Emitter], lights: &[PointLight]) -> Self {
+    ///
+    /// A sun counts as a light as large as the sky it shines through: it is equally strong, and
+    /// stronger than any other of its power far away, all over the level.
+    pub(super) fn new(emitters: &[Emitter], lights: &[PointLight], suns: &[Sun]) -> Self {
         let surfaces = emitters.iter().map(|e| {
             let [min, max] = e.bounds();
             (
@@ -77,7 +81,11 @@ impl LightTree {
             let (min, max) = (l.position - l.radius, l.position + l.radius);
             (min, max, l.weight(), axis, cos_cone)
         });
-        let mut entries: Vec<Entry> = (surfaces.chain(spheres).zip(0..))
+        let suns_in_sky = (suns.iter()).map(|s| {
+            let [min, max] = s.window;
+            (min, max, s.weight, Vec3::Z, -1.0)
+        });
+        let mut entries: Vec<Entry> = (surfaces.chain(spheres).chain(suns_in_sky).zip(0..))
             .filter(|((.., weight, _, _), _)| *weight > 0.0)
             .map(|((min, max, weight, axis, cos_cone), number)| Entry {
                 number,
@@ -93,7 +101,7 @@ impl LightTree {
             .collect();
         let mut tree = Self {
             nodes: Vec::new(),
-            trails: vec![NO_TRAIL; emitters.len() + lights.len()],
+            trails: vec![NO_TRAIL; emitters.len() + lights.len() + suns.len()],
         };
         if entries.is_empty() || entries.len() > MOST_ENTRIES {
             return Self::default();
@@ -276,7 +284,7 @@ mod tests {
             l.position = Vec3::ONE;
         }
         lights[7].intensity = Vec3::ZERO;
-        let tree = LightTree::new(&[], &lights);
+        let tree = LightTree::new(&[], &lights, &[]);
         assert_eq!(tree.nodes.len(), 2 * 999 - 1);
         assert_eq!(tree.trails[7], NO_TRAIL);
         for (i, l) in lights.iter().enumerate().filter(|(i, _)| *i != 7) {

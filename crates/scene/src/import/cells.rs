@@ -3,16 +3,23 @@
 use crate::cells::{CELL, CellNode, LightCells};
 use crate::emitter::Emitters;
 use crate::light::PointLight;
+use crate::sky::Sun;
 use bsp::Bsp;
 use bsp::bsp::{NodeChild, contents};
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles as _};
 
 /// How far from a surface points are looked up that are to lie before it, world units.
 const BEFORE: f32 = 2.0;
 
 /// The lists of lights for the leafs of the world; none if its tree cannot be walked or nothing
-/// shines.
-pub fn light_cells(bsp: &Bsp, emitters: &Emitters, lights: &[PointLight]) -> LightCells {
+/// shines. `sky` holds the corners of all sky triangles.
+pub fn light_cells(
+    bsp: &Bsp,
+    emitters: &Emitters,
+    lights: &[PointLight],
+    suns: &[Sun],
+    sky: &[[Vec3; 3]],
+) -> LightCells {
     let Some(nodes) = nodes(bsp).filter(|_| !emitters.alias.is_empty()) else {
         return LightCells::default();
     };
@@ -34,7 +41,23 @@ pub fn light_cells(bsp: &Bsp, emitters: &Emitters, lights: &[PointLight]) -> Lig
     let bounds: Vec<[Vec3; 2]> = (bsp.leafs.iter())
         .map(|leaf| [Vec3::from(leaf.mins), Vec3::from(leaf.maxs)])
         .collect();
-    LightCells::new(nodes, &bounds, emitters, lights, |leaf, seen| {
+    let shafts: Vec<Shaft> = suns.iter().map(Shaft::new).collect();
+    // By sun, the sky that it shines through: the leafs before it, and where it is across the light.
+    let windows: Vec<Vec<(Vec<usize>, Rect)>> = (shafts.iter().zip(suns))
+        .map(|(shaft, sun)| {
+            let normal = |t: &[Vec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+            (sky.iter().filter(|t| normal(t).dot(sun.direction) <= 0.0))
+                .map(|t| {
+                    let centre = (t[0] + t[1] + t[2]) / 3.0;
+                    let around = t.map(|p| p.lerp(centre, 0.1)).into_iter().chain([centre]);
+                    let before = around.map(|p| p + BEFORE * normal(t));
+                    (leafs_at(bsp, before), shaft.across(*t))
+                })
+                .collect()
+        })
+        .collect();
+    let first_sun = emitters.list.len() + lights.len();
+    LightCells::new(nodes, &bounds, emitters, lights, suns, |leaf, seen| {
         let inside = bsp
             .leafs
             .get(leaf)
@@ -52,6 +75,63 @@ pub fn light_cells(bsp: &Bsp, emitters: &Emitters, lights: &[PointLight]) -> Lig
             .enumerate()
             .filter(|(_, place)| visible(place));
         seen.extend(emitters.map(|(i, _)| i as u32));
+        for (i, (shaft, windows)) in shafts.iter().zip(&windows).enumerate() {
+            let here = shaft.across(corners(bounds[leaf]));
+            let lights = |(before, window): &(Vec<usize>, Rect)| {
+                shaft.may_light(*window, here) && visible(before)
+            };
+            if windows.iter().any(lights) {
+                seen.push((first_sun + i) as u32);
+            }
+        }
+    })
+}
+
+/// Bounds across a sun's light: lowest and highest on two axes, and along the way to the sun.
+type Rect = [Vec3; 2];
+
+/// The light of a sun, as seen along it.
+struct Shaft {
+    axes: [Vec3; 3],
+    /// Tangent of the sun's angular radius.
+    spread: f32,
+}
+
+impl Shaft {
+    fn new(sun: &Sun) -> Self {
+        let (u, v) = sun.direction.any_orthonormal_pair();
+        let cos = (1.0 - sun.one_minus_cos).max(0.02);
+        Self {
+            axes: [u, v, sun.direction],
+            spread: (1.0 - cos * cos).sqrt() / cos,
+        }
+    }
+
+    fn across<const N: usize>(&self, points: [Vec3; N]) -> Rect {
+        let seen = points.map(|p| Vec3::from(self.axes.map(|axis| axis.dot(p))));
+        let first = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        (seen.iter()).fold(first, |[min, max], p| [min.min(*p), max.max(*p)])
+    }
+
+    /// Whether light that comes through a window may reach what is here.
+    fn may_light(&self, window: Rect, here: Rect) -> bool {
+        let way = window[1].z - here[0].z;
+        // A unit for the rounding.
+        let wide = Vec3::new(way * self.spread, way * self.spread, 0.0) + 1.0;
+        way >= -1.0
+            && (window[0] - wide).xy().cmple(here[1].xy()).all()
+            && (window[1] + wide).xy().cmpge(here[0].xy()).all()
+    }
+}
+
+/// The corners of a box.
+fn corners([min, max]: [Vec3; 2]) -> [Vec3; 8] {
+    std::array::from_fn(|i| {
+        Vec3::select(
+            glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0),
+            max,
+            min,
+        )
     })
 }
 

@@ -1,6 +1,7 @@
 //! Light entities into small spheres.
 
 use super::notes::Notes;
+use super::suns::is_sky_light;
 use super::targets::Targets;
 use crate::light::{PointLight, Spot};
 use bsp::bsp::contents;
@@ -47,24 +48,6 @@ fn intensity(light: f32, wait: f32, falloff: Falloff) -> f32 {
     }
 }
 
-/// Mean radiance of the sky, as luminance, that gives ground under open sky the irradiance which
-/// worldspawn's sun keys ask for; 0 without any.
-///
-/// A sun of strength `n` gives `pi / 128 * n / 2` to a surface that faces it (the compilers halve
-/// it like every light), a dome of strength `n` a radiance of about `0.003 n`. A sun is not a
-/// direction here yet: its light comes evenly from the whole sky.
-pub fn sky_radiance(world: &Entity) -> f32 {
-    let number = |key| world.float_loose(key).unwrap_or(0.0).max(0.0);
-    let angles = ["sun_mangle", "sunlight_mangle"].map(|key| world.get_loose(key));
-    let pitch = angles
-        .into_iter()
-        .flatten()
-        .next()
-        .and_then(|text| numbers(text).nth(1)?);
-    let height = pitch.unwrap_or(-90.0f32).to_radians().sin().abs();
-    number("sunlight") / 256.0 * height + 0.003 * number("sunlight2")
-}
-
 /// All light entities that shine at `time`. `shallow` says that the level's tree can be asked.
 pub fn lights(level: &Level, shallow: bool, time: f64, notes: &mut Notes) -> Vec<PointLight> {
     let targets = Targets::new(&level.entities);
@@ -86,7 +69,7 @@ fn light(
     notes: &mut Notes,
 ) -> Option<PointLight> {
     let number = |key| entity.float_loose(key).unwrap_or(0.0);
-    if number("nostaticlight") != 0.0 || number("sun") != 0.0 {
+    if number("nostaticlight") != 0.0 || is_sky_light(entity) {
         return None;
     }
     if entity.get_loose("surface").is_some_and(|s| !s.is_empty()) {
@@ -147,7 +130,7 @@ fn light(
 }
 
 /// `light` and its colour (largest sensible component 1).
-fn strength(entity: &Entity) -> (f32, Vec3) {
+pub fn strength(entity: &Entity) -> (f32, Vec3) {
     let values: Vec<f32> = entity.get_loose("light").map_or_else(Vec::new, |text| {
         numbers(text).take(4).map(|n| n.unwrap_or(0.0)).collect()
     });
@@ -172,7 +155,7 @@ fn strength(entity: &Entity) -> (f32, Vec3) {
 }
 
 /// A colour as entities write it, 0 to 255, or 0 to 1 if no component is larger.
-fn color_of(key: Vec3) -> Vec3 {
+pub fn color_of(key: Vec3) -> Vec3 {
     let rgb = key.max(Vec3::ZERO);
     if rgb.max_element() <= 1.0 {
         rgb

@@ -22,6 +22,8 @@ mod notes;
 mod picture;
 mod poses;
 mod seal;
+mod sky;
+mod suns;
 mod surfaces;
 mod targets;
 pub mod tjunction;
@@ -33,7 +35,9 @@ mod world;
 
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
 pub use lights::LIGHT_RADIUS;
-pub use surfaces::{LAVA_GLOW, SKY_SCALE, SLIME_GLOW, TELEPORTER_GLOW};
+pub use sky::{MAX_SKY_SCALE, SKY_SCALE};
+pub use suns::{DOME_RADIANCE, SUN_RADIUS_DEG};
+pub use surfaces::{LAVA_GLOW, SLIME_GLOW, TELEPORTER_GLOW};
 pub use translucent::{
     CLEARNESS, GLASS_IOR, LAVA_DEPTH, LIQUID_IOR, SLIME_DEPTH, TELEPORTER_DEPTH, WATER_DEPTH,
 };
@@ -51,9 +55,9 @@ pub enum LightMode {
     /// them; see [`LAMP_REACH`].
     #[default]
     Auto,
-    /// Surfaces alone: fullbright texels, glowing liquids, sky.
+    /// Surfaces alone: fullbright texels, glowing liquids, the picture of the sky.
     Textures,
-    /// Light entities alone. The sky stays, it is no lamp.
+    /// Light entities alone. The sky and its suns stay, they are no lamps.
     Entities,
     /// Everything, lamps that are there twice included.
     All,

@@ -3,6 +3,7 @@
 use crate::material::{Texture, luminance, srgb_to_linear};
 use bsp::lmp::{FIRST_FULLBRIGHT, Palette};
 use bsp::miptex::MipTex;
+use glam::{DVec3, Vec3};
 
 /// Texels of one square of the picture that stands in for a missing texture.
 const CHECKER: u32 = 16;
@@ -19,18 +20,18 @@ pub fn luminance_of(rgb: [u8; 3]) -> f32 {
 
 /// Mean relative luminance of a picture's texels; those with alpha 0 count as black.
 pub fn mean_luminance(texture: &Texture) -> f32 {
+    luminance(mean(texture).to_array())
+}
+
+/// Mean colour of a picture's texels, linear RGB; those with alpha 0 count as black.
+pub fn mean(texture: &Texture) -> Vec3 {
     // Few different colours come often: decode each of the 256 values once.
     let table: Vec<f64> = (0..=255).map(srgb_to_linear).collect();
-    let sum: f64 = texture
-        .rgba
-        .iter()
+    let sum: DVec3 = (texture.rgba.iter())
         .filter(|t| t[3] != 0)
-        .map(|t| {
-            let [r, g, b] = [t[0], t[1], t[2]].map(|c| table[usize::from(c)]);
-            0.2126 * r + 0.7152 * g + 0.0722 * b
-        })
+        .map(|t| DVec3::from([t[0], t[1], t[2]].map(|c| table[usize::from(c)])))
         .sum();
-    (sum / texture.rgba.len().max(1) as f64) as f32
+    (sum / texture.rgba.len().max(1) as f64).as_vec3()
 }
 
 /// A miptex with all its pixels and the colours they stand for.
@@ -136,12 +137,12 @@ impl<'a> Indexed<'a> {
     }
 }
 
-/// Mean luminance of a sky: both layers scroll, so what is in front of what changes, but not how
-/// much of the front is there.
-pub fn sky_luminance(back: &Texture, front: &Texture) -> f32 {
+/// Mean colour of a sky, linear RGB: both layers scroll, so what is in front of what changes, but
+/// not how much of the front is there.
+pub fn sky_mean(back: &Texture, front: &Texture) -> Vec3 {
     let holes = front.rgba.iter().filter(|t| t[3] == 0).count() as f32;
     let open = holes / front.rgba.len().max(1) as f32;
-    mean_luminance(front) + open * mean_luminance(back)
+    mean(front) + open * mean(back)
 }
 
 /// The stand-in for a texture without pixels. It repeats, so it need not have the texture's size.

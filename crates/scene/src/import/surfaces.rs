@@ -2,11 +2,12 @@
 
 use super::names::NameKind;
 use super::notes::Notes;
-use super::picture::{self, Indexed, SKY_SIDE};
+use super::picture::{self, Indexed};
+use super::sky;
 use super::translucent::{self, LiquidAlphas};
 use super::{ImportOptions, LightMode};
 use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
-use crate::sky::{Sky, SkyKind};
+use crate::sky::Sky;
 use bsp::Bsp;
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -19,18 +20,6 @@ pub const LAVA_GLOW: f32 = 1.0;
 pub const TELEPORTER_GLOW: f32 = 0.5;
 /// Radiance of slime, likewise.
 pub const SLIME_GLOW: f32 = 0.1;
-/// Least radiance of a white sky texel: the sky shows as bright as in Quake. Where the level asks
-/// for sunlight the sky is brighter.
-pub const SKY_SCALE: f32 = 1.0;
-/// Sky where the level has no picture of one: a clouded evening, linear RGB.
-pub const FLAT_SKY: Vec3 = Vec3::new(0.10, 0.11, 0.14);
-/// A picture of the sky is brightened this much at most: a night sky stays a night sky, whatever
-/// the level asks for.
-pub const MAX_SKY_SCALE: f32 = 32.0;
-/// A picture that would have to be brightened this much is black, and makes way for plain grey of
-/// the radiance asked for: the level would have no light at all.
-pub const BLACK_SKY_SCALE: f32 = 1000.0;
-
 /// What all files of an import add their materials to.
 pub struct MaterialSet {
     /// All materials so far.
@@ -41,27 +30,27 @@ pub struct MaterialSet {
     pub textures: Vec<Texture>,
     /// The sky; the first sky texture that is drawn decides.
     pub sky: Sky,
-    /// Mean radiance of the sky, as luminance, that the level's sun keys ask for; 0 without any.
-    pub sky_radiance: f32,
+    /// Radiance that the level asks of the upper and the lower half of the sky; 0 where it does not.
+    pub domes: [Vec3; 2],
     /// Texels that emit, over all emission pictures.
     pub emissive_texels: usize,
     /// By kind, the first material of a liquid of the world that light passes into: it says what
     /// absorbs there.
     pub fills: BTreeMap<NameKind, MaterialId>,
     liquid_alphas: LiquidAlphas,
-    sky_name: Option<String>,
+    /// Name of the texture that decided the sky.
+    pub sky_name: Option<String>,
 }
 
 impl MaterialSet {
-    /// Nothing yet, for a level whose sun keys ask for this mean radiance of the sky, with its
-    /// liquids' coverage.
-    pub fn new(sky_radiance: f32, liquid_alphas: LiquidAlphas) -> Self {
+    /// Nothing yet, for a level that asks for these sky domes, with its liquids' coverage.
+    pub fn new(domes: [Vec3; 2], liquid_alphas: LiquidAlphas) -> Self {
         Self {
             materials: Vec::new(),
             lamps: Vec::new(),
             textures: Vec::new(),
             sky: Sky::default(),
-            sky_radiance,
+            domes,
             emissive_texels: 0,
             fills: BTreeMap::new(),
             liquid_alphas,
@@ -69,12 +58,14 @@ impl MaterialSet {
         }
     }
 
-    fn add_texture(&mut self, texture: Texture) -> TextureId {
+    /// Adds a picture.
+    pub fn add_texture(&mut self, texture: Texture) -> TextureId {
         self.textures.push(texture);
         TextureId(self.textures.len() as u32 - 1)
     }
 
-    fn add(&mut self, material: Material, lamp: bool) -> MaterialId {
+    /// Adds a material; `lamp` as in [`Self::lamps`].
+    pub fn add(&mut self, material: Material, lamp: bool) -> MaterialId {
         self.materials.push(material);
         self.lamps.push(lamp);
         MaterialId(self.materials.len() as u32 - 1)
@@ -179,13 +170,13 @@ impl<'a> Surfaces<'a> {
         }
         if !shown.has_pixels() {
             if kind == NameKind::Sky {
-                return self.sky(None, &named.name, set, notes);
+                return sky::surface(None, &named.name, set, notes);
             }
             return missing(&shown.name, kind, set, notes);
         }
         let indexed = Indexed::new(shown, self.palette, kind == NameKind::Fence);
         if kind == NameKind::Sky {
-            return self.sky(Some(indexed), &named.name, set, notes);
+            return sky::surface(Some(indexed), &named.name, set, notes);
         }
         let base = indexed.base();
         let alpha = look.alpha.unwrap_or_else(|| set.liquid_alphas.get(kind));
@@ -231,100 +222,6 @@ impl<'a> Surfaces<'a> {
             size: [shown.width, shown.height],
             material,
             translucent: finish.alpha < 1.0,
-        }
-    }
-
-    fn sky(
-        &self,
-        picture: Option<Indexed<'_>>,
-        name: &str,
-        set: &mut MaterialSet,
-        notes: &mut Notes,
-    ) -> FaceSurface {
-        if let Some(first) = set.sky_name.as_ref().filter(|first| *first != name) {
-            notes.add("second sky", || {
-                format!("sky texture {name:?} shows the sky of {first:?}: a level has one sky")
-            });
-        }
-        if set.sky_name.is_none() {
-            set.sky_name = Some(name.to_owned());
-            // As bright as the sun keys ask, seen as a mean over the sky.
-            let asked = set.sky_radiance;
-            let scale =
-                |mean: f32| (asked / mean.max(f32::MIN_POSITIVE)).clamp(SKY_SCALE, MAX_SKY_SCALE);
-            set.sky = match picture {
-                Some(picture) => {
-                    let (w, h) = (picture.miptex.width, picture.miptex.height);
-                    if (w, h) != (2 * SKY_SIDE, SKY_SIDE) {
-                        notes.add("sky size", || {
-                            format!(
-                                "sky texture {name:?} is {w}x{h} instead of 256x128: it is split \
-                                 in the middle and resampled"
-                            )
-                        });
-                    }
-                    let [back, front] = picture.sky_layers();
-                    let mean = picture::sky_luminance(&back, &front);
-                    if mean * BLACK_SKY_SCALE < asked {
-                        notes.add("dark sky", || {
-                            format!(
-                                "the level asks for light from a sky whose picture {name:?} is \
-                                 black: the sky is plain grey"
-                            )
-                        });
-                        Sky {
-                            kind: SkyKind::Flat(Vec3::splat(asked)),
-                            scale: 1.0,
-                        }
-                    } else {
-                        let [back, front] = [back, front].map(|t| set.add_texture(t));
-                        Sky {
-                            kind: SkyKind::Scrolling { back, front },
-                            scale: scale(mean),
-                        }
-                    }
-                }
-                None => {
-                    notes.add("sky missing", || {
-                        format!("sky texture {name:?} has no pixels: the sky has one plain colour")
-                    });
-                    let mean = crate::material::luminance(FLAT_SKY.to_array());
-                    Sky {
-                        kind: SkyKind::Flat(FLAT_SKY * scale(mean)),
-                        scale: 1.0,
-                    }
-                }
-            };
-        }
-        let texture = |id: TextureId| &set.textures[id.0 as usize];
-        let (base, mean) = match set.sky.kind {
-            SkyKind::Scrolling { back, front } => {
-                (back, picture::sky_luminance(texture(back), texture(front)))
-            }
-            SkyKind::Flat(radiance) => (
-                set.add_texture(picture::checkerboard(name)),
-                crate::material::luminance(radiance.to_array()),
-            ),
-            SkyKind::None => (set.add_texture(picture::checkerboard(name)), 0.0),
-        };
-        let material = Material {
-            name: name.to_owned(),
-            surface: Surface::Sky,
-            base,
-            emission: None,
-            emission_scale: 0.0,
-            emission_weight: mean * set.sky.scale,
-            alpha_tested: false,
-            two_sided: false,
-            warped: false,
-            finish: Finish::default(),
-        };
-        FaceSurface {
-            kind: NameKind::Sky,
-            material: set.add(material, false),
-            scale: [1.0; 2],
-            size: [SKY_SIDE; 2],
-            translucent: false,
         }
     }
 }

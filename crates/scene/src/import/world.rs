@@ -7,10 +7,11 @@ use super::poses::Pose;
 use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode};
-use super::{cameras, cells, emitters, items, lights, poses, seal, trees};
+use super::{cameras, cells, emitters, items, lights, poses, seal, suns, trees};
 use crate::emitter::Emitters;
-use crate::material::{MaterialId, WARP_TILE};
+use crate::material::{MaterialId, Surface, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
+use crate::sky::{Sun, sky_triangles, weighed_suns};
 use crate::{LightCells, Media, Report, Scene};
 use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
@@ -41,6 +42,8 @@ pub struct World<'a> {
     files: &'a Files<'a>,
     options: &'a ImportOptions,
     set: MaterialSet,
+    /// Suns of the level, without their weights.
+    suns: Vec<Sun>,
     notes: Notes,
     report: Report,
     meshes: Vec<Mesh>,
@@ -59,16 +62,16 @@ impl<'a> World<'a> {
         files: &'a Files<'a>,
         options: &'a ImportOptions,
     ) -> Self {
+        let mut notes = Notes::default();
+        let sky_light = suns::sky_light(&level.entities, &mut notes);
         Self {
             level,
             palette,
             files,
             options,
-            set: MaterialSet::new(
-                level.entities.first().map_or(0.0, lights::sky_radiance),
-                LiquidAlphas::of(level.entities.first()),
-            ),
-            notes: Notes::default(),
+            set: MaterialSet::new(sky_light.domes, LiquidAlphas::of(level.entities.first())),
+            suns: sky_light.suns,
+            notes,
             report: Report::default(),
             meshes: Vec::new(),
             instances: Vec::new(),
@@ -323,8 +326,16 @@ impl<'a> World<'a> {
                 format!("{twice} {lights} {are} for bright surfaces beside them: left out")
             });
         }
+        let sky = sky_triangles(&self.meshes, &self.instances, |material| {
+            self.set.materials[material.0 as usize].surface == Surface::Sky
+        });
+        self.set.sky.suns = match self.options.lights {
+            LightMode::Textures => Vec::new(),
+            _ => weighed_suns(std::mem::take(&mut self.suns), &sky),
+        };
         self.remark_what_is_not_modelled();
-        if emitters.list.is_empty() && lights.is_empty() {
+        let suns = &self.set.sky.suns;
+        if emitters.list.is_empty() && lights.is_empty() && suns.is_empty() {
             self.notes.add("dark", || {
                 "nothing shines: pictures of the level are black".to_owned()
             });
@@ -335,9 +346,9 @@ impl<'a> World<'a> {
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
-        let emitters = emitters.with_lights(&lights);
+        let emitters = emitters.with_lights(&lights, suns);
         let cells = if self.shallow && self.options.light_lists {
-            cells::light_cells(bsp, &emitters, &lights)
+            cells::light_cells(bsp, &emitters, &lights, suns, &sky)
         } else {
             LightCells::default()
         };
@@ -397,21 +408,6 @@ impl<'a> World<'a> {
             notes.add("least light", || {
                 "the least light of all surfaces (worldspawn's light) is not modelled: it comes \
                  from nowhere"
-                    .to_owned()
-            });
-        }
-        let sun_keys = ["sunlight", "sunlight2", "sunlight3", "sun2"];
-        let sun_key = |key: &&str| world.float_loose(key).is_some_and(|v| v != 0.0);
-        let is_sun = |e: &bsp::entity::Entity| {
-            e.classname().starts_with("light")
-                && ["sun", "sunlight2", "sunlight3"]
-                    .iter()
-                    .any(|key| e.float_loose(key).is_some_and(|v| v != 0.0))
-        };
-        if sun_keys.iter().any(sun_key) || self.level.entities.iter().any(is_sun) {
-            notes.add("suns", || {
-                "suns (_sunlight and the like) have no direction here: the whole sky shines as \
-                 brightly as they ask"
                     .to_owned()
             });
         }

@@ -6,4 +6,5 @@ mod lamps;
 mod levels;
 mod pictures;
 mod poses;
+mod skies;
 mod translucent;

@@ -109,32 +109,6 @@ fn the_sky_has_two_layers_and_shines_with_their_mean() {
 }
 
 #[test]
-fn the_sky_is_as_bright_as_the_sun_keys_ask_even_where_its_picture_is_black() {
-    for (texture, index) in [("sky1", None), ("sky_void", Some(0))] {
-        let mut map = room();
-        if let Some(index) = index {
-            map.texture(mapc::Texture::solid(texture, 256, 128, index));
-        }
-        map.brush_box([64.0, 64.0, 240.0], [192.0, 192.0, 256.0], texture);
-        // Half of 256 from 30 degrees above, and a dome.
-        map.world_key("_sunlight", "256");
-        map.world_key("_sun_mangle", "45 -30 0");
-        map.world_key("_sunlight2", "100");
-        let scene = scene_of(&map, &ImportOptions::default());
-        let weight = material(&scene, texture).emission_weight;
-        assert!((weight / 0.8 - 1.0).abs() < 1e-3, "{texture}: {weight}");
-        assert_eq!(
-            matches!(scene.sky.kind, SkyKind::Flat(_)),
-            index.is_some(),
-            "{:?}",
-            scene.sky
-        );
-        let told = scene.report.warnings.iter().any(|w| w.contains("is black"));
-        assert_eq!(told, index.is_some(), "{:?}", scene.report.warnings);
-    }
-}
-
-#[test]
 fn a_black_sky_that_nobody_asks_for_light_stays_black() {
     let mut map = room();
     map.texture(mapc::Texture::solid("sky_void", 256, 128, 0));

@@ -16,7 +16,7 @@ use crate::cli::SceneArgs;
 use scene::cells::CellNode;
 use scene::light::Spot;
 use scene::render::Settings;
-use scene::sky::SkyKind;
+use scene::sky::{SkyKind, Sun};
 use scene::{
     Emitters, Finish, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, Triangle,
 };
@@ -135,7 +135,20 @@ pub fn level_hash(scene: &Scene) -> String {
             h.int((*child).into());
         }
     }
-    h.floats([sky.scale]);
+    h.floats(sky.scale.into_iter().flat_map(|s| s.to_array()));
+    h.int(sky.suns.len() as u64);
+    for Sun {
+        direction,
+        one_minus_cos,
+        radiance,
+        // How a light is chosen is noise, not light.
+        weight: _,
+        window: _,
+    } in &sky.suns
+    {
+        h.floats(direction.to_array()).floats(radiance.to_array());
+        h.floats([*one_minus_cos]);
+    }
     match sky.kind {
         SkyKind::None => h.int(0),
         SkyKind::Flat(radiance) => h.int(1).floats(radiance.to_array()),

@@ -185,9 +185,9 @@ impl From<SelectionName> for Selection {
 pub enum Lights {
     /// Bright surfaces, and those light entities that stand for none of them
     Auto,
-    /// Bright surfaces alone: fullbright texels, glowing liquids, sky
+    /// Bright surfaces alone: fullbright texels, glowing liquids, sky without suns
     Textures,
-    /// Light entities alone, and the sky
+    /// Light entities alone, and the sky with its suns
     Entities,
     /// Both, even where they are one lamp
     All,

@@ -262,7 +262,7 @@ fn strong(strength: f32) -> Value {
 fn mean_sky(scene: &Scene) -> Vec3 {
     match scene.sky.kind {
         SkyKind::None => Vec3::ZERO,
-        SkyKind::Flat(radiance) => radiance,
+        SkyKind::Flat(radiance) => radiance * scene.sky.scale[0],
         SkyKind::Scrolling { back, front } => {
             let [back, front] = [back, front].map(|id| &scene.textures[id.0 as usize].rgba);
             let shown = |i: usize| match front[i] {
@@ -275,7 +275,7 @@ fn mean_sky(scene: &Scene) -> Vec3 {
                     DVec3::new(r, g, b)
                 })
                 .sum();
-            (sum / front.len().max(1) as f64).as_vec3() * scene.sky.scale
+            (sum / front.len().max(1) as f64).as_vec3() * scene.sky.scale[0]
         }
     }
 }

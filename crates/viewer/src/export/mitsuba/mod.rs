@@ -134,11 +134,13 @@ fn look(
         }
         Kind::Sky => {
             let emitter = match (scene.sky.kind, &shapes.sky_frame) {
-                (SkyKind::Flat(radiance), _) => Some(Emitter::Area {
-                    radiance: radiance.to_array(),
-                    weight: 0.0,
-                }),
-                (SkyKind::Scrolling { .. }, Some(frame)) => {
+                (SkyKind::Flat(radiance), _) if !sky::has_directions(&scene.sky) => {
+                    Some(Emitter::Area {
+                        radiance: (radiance * scene.sky.scale[0]).to_array(),
+                        weight: 0.0,
+                    })
+                }
+                (_, Some(frame)) => {
                     let file = "textures/sky.exr".to_owned();
                     let pixels = sky::image(scene, job.settings.time, frame).unwrap_or_default();
                     folder.write(&file, |out| {
@@ -218,14 +220,25 @@ fn at_least_two<T: Copy>(pixels: &[T], width: u32, height: u32) -> (Vec<T>, u32,
 }
 
 fn explain_sky(job: &Job<'_>, shapes: &Shapes, has_sky: bool, reasons: &mut Vec<Reason>) {
-    if !has_sky || !matches!(job.scene.sky.kind, SkyKind::Scrolling { .. }) {
+    if !has_sky || !sky::has_directions(&job.scene.sky) {
         return;
+    }
+    let suns = job.scene.sky.suns.len();
+    if suns > 0 {
+        reasons.push(Reason {
+            what: "suns",
+            why: format!(
+                "{suns} suns are pixels of the image of the sky, which Mitsuba finds by hitting \
+                 them: small ones are noisy, and their edges are those of the pixels"
+            ),
+            visible: true,
+        });
     }
     reasons.push(match shapes.sky_frame {
         Some(_) => Reason {
             what: "sky",
             why: format!(
-                "the scrolling sky is an image by direction of {} by {} pixels, read with linear \
+                "the sky is an image by direction of {} by {} pixels, read with linear \
                  interpolation: the borders of its texels are soft",
                 sky::WIDTH,
                 sky::WIDTH / 2

@@ -1,14 +1,13 @@
 //! The scene's triangles in the groups that Mitsuba needs: one shape per way to reflect and emit.
 
 use super::ply::Mesh;
-use super::sky;
+use super::sky::{self, has_directions};
 use super::texels::{Glow, Patch, patches};
 use crate::export::manifest::Reason;
 use crate::export::polygon::{Corner, area, clip, corners, fan, subdivide};
 use crate::export::{Job, PlacedTriangle, placed_triangles};
 use glam::{DVec2, DVec3};
 use scene::material::{MAX_ALBEDO, WARP_TILE, luminance, srgb_to_linear, warp};
-use scene::sky::SkyKind;
 use scene::{Material, MaterialId, Surface};
 use std::collections::BTreeMap;
 
@@ -50,7 +49,7 @@ pub struct Shape {
 pub struct Shapes {
     /// By how they look, in a fixed order.
     pub by_kind: BTreeMap<Kind, Shape>,
-    /// The frame of a scrolling sky.
+    /// The frame of a sky that shows different things in different directions.
     pub sky_frame: Option<sky::Frame>,
     /// Differences.
     pub reasons: Vec<Reason>,
@@ -85,7 +84,7 @@ pub fn shapes(job: &Job<'_>) -> Shapes {
     let mut out = Shapes::default();
     let step = warp_step(job, &triangles, &mut out.reasons);
     let plans = plans(job, &triangles);
-    if matches!(scene.sky.kind, SkyKind::Scrolling { .. }) {
+    if has_directions(&scene.sky) {
         let normals: Vec<DVec3> = (triangles.iter())
             .filter(|t| matches!(plans[t.material.0 as usize], Plan::Sky))
             .map(|t| t.normal)

@@ -1,4 +1,4 @@
-//! A scrolling sky as an image by direction, and a frame in which every sky face reads it.
+//! A sky as an image by direction, and a frame in which every sky face reads it.
 //!
 //! Mitsuba has no emitter that shines by direction from a surface. But a shape may carry any
 //! emitter, and an `envmap` looks its image up by the direction towards the viewer in the surface's
@@ -8,8 +8,8 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind, scroll_uv};
-use scene::{Scene, Texture};
+use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind, Sun, scroll_uv};
+use scene::{Scene, Sky, Texture};
 
 /// Pixels across; half of it, down.
 pub const WIDTH: u32 = 4096;
@@ -71,9 +71,15 @@ impl Frame {
 }
 
 /// What the sky shows in a direction; the transport's definition.
-struct Lookup {
-    back: Layer,
-    front: Layer,
+struct Lookup<'a> {
+    picture: Picture,
+    scale: [DVec3; 2],
+    suns: &'a [Sun],
+}
+
+enum Picture {
+    Flat(DVec3),
+    Scrolling { back: Layer, front: Layer },
 }
 
 /// A layer with its radiances, and where it has scrolled to.
@@ -85,10 +91,10 @@ struct Layer {
 
 impl Layer {
     /// `see_through` says that texels with alpha 0 are not there.
-    fn new(texture: &Texture, scale: f32, scroll: f64, see_through: bool) -> Self {
+    fn new(texture: &Texture, scroll: f64, see_through: bool) -> Self {
         let decode = |&[r, g, b, a]: &[u8; 4]| {
             let linear = DVec3::from([r, g, b].map(scene::material::srgb_to_linear));
-            (a != 0 || !see_through).then_some(linear * f64::from(scale))
+            (a != 0 || !see_through).then_some(linear)
         };
         Self {
             texels: texture.rgba.iter().map(decode).collect(),
@@ -108,36 +114,65 @@ impl Layer {
     }
 }
 
-impl Lookup {
+impl<'a> Lookup<'a> {
+    /// `None` for no sky, or one whose pictures are not there.
+    fn new(scene: &'a Scene, time: f32) -> Option<Self> {
+        let layer = |id: scene::TextureId, speed, see_through| {
+            let texture = scene.textures.get(id.0 as usize)?;
+            Some(Layer::new(texture, f64::from(time) * speed, see_through))
+        };
+        Some(Self {
+            picture: match scene.sky.kind {
+                SkyKind::None => return None,
+                SkyKind::Flat(radiance) => Picture::Flat(radiance.as_dvec3()),
+                SkyKind::Scrolling { back, front } => Picture::Scrolling {
+                    back: layer(back, BACK_SPEED, false)?,
+                    front: layer(front, FRONT_SPEED, true)?,
+                },
+            },
+            scale: scene.sky.scale.map(|s| s.as_dvec3()),
+            suns: &scene.sky.suns,
+        })
+    }
+
     fn radiance(&self, direction: DVec3) -> DVec3 {
-        // At time 0 nothing has scrolled.
-        let uv = scroll_uv(direction.to_array(), 0.0, 0.0);
-        (self.front.at(uv))
-            .or_else(|| self.back.at(uv))
-            .unwrap_or_default()
+        let shown = match &self.picture {
+            Picture::Flat(radiance) => *radiance,
+            Picture::Scrolling { back, front } => {
+                // At time 0 nothing has scrolled.
+                let uv = scroll_uv(direction.to_array(), 0.0, 0.0);
+                (front.at(uv)).or_else(|| back.at(uv)).unwrap_or_default()
+            }
+        };
+        let suns = (self.suns.iter())
+            .filter(|s| {
+                let off = direction.distance_squared(s.direction.as_dvec3());
+                off <= 2.0 * f64::from(s.one_minus_cos)
+            })
+            .map(|s| s.radiance.as_dvec3());
+        shown * self.scale[usize::from(direction.z < 0.0)] + suns.sum::<DVec3>()
+    }
+}
+
+/// Whether a sky shows different things in different directions.
+#[must_use]
+pub fn has_directions(sky: &Sky) -> bool {
+    match sky.kind {
+        SkyKind::None => false,
+        SkyKind::Flat(_) => sky.scale[0] != sky.scale[1] || !sky.suns.is_empty(),
+        SkyKind::Scrolling { .. } => true,
     }
 }
 
 /// The sky as Mitsuba's `envmap` reads it, [`WIDTH`] by half of that, rows from the top; each pixel
-/// is the mean of rays through it. `None` for skies that do not scroll.
+/// is the mean of rays through it. `None` for no sky.
 ///
 /// Pixel `(x, y)` is the local direction `(sin p sin q, cos q, -cos p sin q)` with
 /// `p = 2 pi (x + 1/2) / W` and `q = pi y / (H - 1)`: pixels are centred across and lie on the
 /// poles down (found by looking up known directions in Mitsuba 3.9.1).
 #[must_use]
 pub fn image(scene: &Scene, time: f32, frame: &Frame) -> Option<Vec<[f32; 3]>> {
-    let SkyKind::Scrolling { back, front } = scene.sky.kind else {
-        return None;
-    };
-    let layer = |id: scene::TextureId, speed, see_through| {
-        let texture = scene.textures.get(id.0 as usize)?;
-        let scroll = f64::from(time) * speed;
-        Some(Layer::new(texture, scene.sky.scale, scroll, see_through))
-    };
-    let lookup = Lookup {
-        back: layer(back, BACK_SPEED, false)?,
-        front: layer(front, FRONT_SPEED, true)?,
-    };
+    let lookup = Lookup::new(scene, time)?;
     let (w, h) = (WIDTH, WIDTH / 2);
     let offsets: Vec<f64> = (0..RAYS)
         .map(|i| (f64::from(i) + 0.5) / f64::from(RAYS) - 0.5)

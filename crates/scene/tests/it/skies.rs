@@ -1,0 +1,202 @@
+//! Suns, domes and the brightness of the sky's picture.
+
+use crate::common::{room, scene_of};
+use glam::Vec3;
+use scene::Scene;
+use scene::import::{DOME_RADIANCE, ImportOptions, LightMode, MAX_SKY_SCALE, SUN_RADIUS_DEG};
+use scene::material::srgb_to_linear;
+use scene::sky::SkyKind;
+use std::f32::consts::PI;
+
+/// The room with a window in its ceiling.
+fn open_room(texture: &str) -> mapc::Map {
+    let mut map = room();
+    map.brush_box([64.0, 64.0, 240.0], [192.0, 192.0, 256.0], texture);
+    map
+}
+
+fn imported(map: &mapc::Map) -> Scene {
+    scene_of(map, &ImportOptions::default())
+}
+
+fn near(a: Vec3, b: Vec3, what: &str) {
+    let off = (a - b).abs().max_element();
+    assert!(
+        off <= 1e-4 * b.abs().max_element(),
+        "{what}: {a} is not {b}"
+    );
+}
+
+#[test]
+fn suns_have_direction_size_and_strength() {
+    let mut map = open_room("sky1");
+    map.world_key("_sunlight", "256");
+    map.world_key("_sun_mangle", "45 -30 0");
+    map.world_key("sunlight_color", "255 128 0");
+    map.world_key("_sun2", "128");
+    map.world_key("_sun2_mangle", "0 -60 0");
+    map.world_key("_sunlight_penumbra", "20");
+    map.entity(
+        "info_null",
+        &[("targetname", "below"), ("origin", "100 100 40")],
+    );
+    let entity = [
+        ("origin", "100 100 140"),
+        ("_sun", "1"),
+        ("light", "50"),
+        ("target", "below"),
+    ];
+    map.entity("light", &entity);
+    map.entity(
+        "light",
+        &[
+            ("_sunlight2", "1"),
+            ("light", "300"),
+            ("color", "1 0.5 0.25"),
+        ],
+    );
+    let scene = imported(&map);
+    assert!(scene.lights.is_empty() && scene.features.suns);
+    let [first, second, entity] = scene.sky.suns[..] else {
+        panic!("{:?}", scene.sky.suns);
+    };
+    // To the sun, not along its light.
+    let half = 0.5f32.sqrt();
+    let up = Vec3::new(-half * 0.75f32.sqrt(), -half * 0.75f32.sqrt(), 0.5);
+    near(first.direction, up, "direction");
+    near(
+        second.direction,
+        Vec3::new(-0.5, 0.0, 0.75f32.sqrt()),
+        "second",
+    );
+    near(entity.direction, Vec3::Z, "entity");
+    let strong = Vec3::new(1.0, 128.0 / 255.0, 0.0);
+    near(
+        first.irradiance(),
+        PI / 128.0 * 0.5 * 256.0 * strong,
+        "strength",
+    );
+    near(second.irradiance(), Vec3::splat(PI / 2.0), "second");
+    near(
+        entity.irradiance(),
+        Vec3::splat(50.0 * PI / 256.0),
+        "entity",
+    );
+    let cap = |degrees: f32| 1.0 - f64::from(degrees).to_radians().cos();
+    for (sun, degrees) in [(first, 10.0), (second, 10.0), (entity, SUN_RADIUS_DEG)] {
+        let ratio = f64::from(sun.one_minus_cos) / cap(degrees);
+        assert!((ratio - 1.0).abs() < 1e-5, "{ratio} at {degrees}");
+    }
+    // What comes in through the window, 128 by 128 units and 16 deep; two of its sides let light in.
+    let area = 128.0 * 128.0 * up.z + 128.0 * 16.0 * -(up.x + up.y);
+    let weight = area * scene::material::luminance(first.irradiance().into()) / PI;
+    assert!((first.weight / weight - 1.0).abs() < 1e-4);
+    // The dome of the entity.
+    let upper = mean_of_sky1() * scene.sky.scale[0];
+    near(
+        upper,
+        300.0 * DOME_RADIANCE * Vec3::new(1.0, 0.5, 0.25),
+        "dome",
+    );
+    // A sun is no texture.
+    let options = ImportOptions {
+        lights: LightMode::Textures,
+        ..ImportOptions::default()
+    };
+    assert!(scene_of(&map, &options).sky.suns.is_empty());
+    // Without a window there is none to be seen.
+    let mut dark = room();
+    dark.world_key("_sunlight", "256");
+    assert!(imported(&dark).sky.suns.is_empty());
+}
+
+#[test]
+fn cells_that_see_the_window_list_the_sun() {
+    let mut map = open_room("sky1");
+    map.brush_box([400.0, 64.0, 0.0], [416.0, 448.0, 256.0], "wall");
+    map.entity("light", &[("origin", "460 400 100")]);
+    map.world_key("_sunlight", "256");
+    let scene = imported(&map);
+    let sun = scene.emitters.alias.len() as u32 - 1;
+    let lists = |emitter| {
+        scene
+            .cells
+            .entries
+            .iter()
+            .filter(|e| e.emitter == emitter)
+            .count()
+    };
+    assert!(lists(sun) > 0);
+    // Straight down it does not come far from the window, as the lamp's light does.
+    assert!(
+        lists(sun) < lists(sun - 1),
+        "{} of {}",
+        lists(sun),
+        lists(sun - 1)
+    );
+}
+
+fn mean_of_sky1() -> Vec3 {
+    let [b, f] = [80, 120].map(|c| srgb_to_linear(c) as f32);
+    Vec3::splat(0.25 * f + 0.75 * b)
+}
+
+#[test]
+fn each_half_of_the_sky_is_as_bright_as_its_dome_and_never_darker_than_its_picture() {
+    let mut map = open_room("sky1");
+    map.world_key("_sunlight2", "200");
+    map.world_key("_sunlight2_color", "1 0.5 0.01");
+    map.world_key("_sunlight3", "100");
+    map.world_key("_sunlight", "300");
+    let scene = imported(&map);
+    let asked = Vec3::new(200.0, 100.0, 2.0) * DOME_RADIANCE;
+    let [upper, lower] = scene.sky.scale.map(|s| s * mean_of_sky1());
+    near(upper, asked.max(mean_of_sky1()), "upper");
+    near(lower, Vec3::splat(100.0 * DOME_RADIANCE), "lower");
+    let weight = scene
+        .materials
+        .iter()
+        .map(|m| m.emission_weight)
+        .fold(0.0, f32::max);
+    let brighter = scene::material::luminance(upper.into());
+    assert!(
+        (weight / brighter - 1.0).abs() < 1e-4,
+        "{weight} {brighter}"
+    );
+    assert!(
+        scene
+            .sky
+            .scale
+            .iter()
+            .all(|s| s.max_element() <= MAX_SKY_SCALE)
+    );
+}
+
+#[test]
+fn a_black_sky_that_is_asked_for_light_is_plain() {
+    let mut map = open_room("sky_void");
+    map.texture(mapc::Texture::solid("sky_void", 256, 128, 0));
+    map.world_key("_sunlight2", "100");
+    map.world_key("_sunlight3", "50");
+    let scene = imported(&map);
+    assert_eq!(scene.sky.kind, SkyKind::Flat(Vec3::ONE));
+    near(
+        scene.sky.scale[0],
+        Vec3::splat(100.0 * DOME_RADIANCE),
+        "upper",
+    );
+    near(
+        scene.sky.scale[1],
+        Vec3::splat(50.0 * DOME_RADIANCE),
+        "lower",
+    );
+    let told = scene.report.warnings.iter().any(|w| w.contains("is black"));
+    assert!(told, "{:?}", scene.report.warnings);
+    // A sun alone does not ask for that.
+    let mut map = open_room("sky_void");
+    map.texture(mapc::Texture::solid("sky_void", 256, 128, 0));
+    map.world_key("_sunlight", "100");
+    let scene = imported(&map);
+    assert!(matches!(scene.sky.kind, SkyKind::Scrolling { .. }));
+    assert_eq!(scene.emitters.alias.len(), 1);
+}
