@@ -45,6 +45,14 @@ const uint MATERIAL_SKY = 8u;
 const uint MATERIAL_EMISSIVE = 16u;
 // Material flag: light passes straight through, in part; see its finish.
 const uint MATERIAL_TRANSLUCENT = 32u;
+// Material flag: gloss over the painted part; see its finish.
+const uint MATERIAL_GLOSSY = 64u;
+// Material flag: has a picture of its normals.
+const uint MATERIAL_BUMPED = 128u;
+// Number of a texture that is not there.
+const uint NO_TEXTURE = 4294967295u;
+// Rows and columns of the gloss table.
+const uint GLOSS_TABLE_SIDE = 40u;
 // Number of a material that stands for free space.
 const uint NO_MEDIUM = 4294967295u;
 // Sky kinds: none, the same everywhere, two scrolling layers.
@@ -97,6 +105,7 @@ layout(buffer_reference) buffer FinishRef;
 layout(buffer_reference) buffer EmitterRef;
 layout(buffer_reference) buffer SourceRef;
 layout(buffer_reference) buffer EmissionMapRef;
+layout(buffer_reference) buffer GlossTableRef;
 layout(buffer_reference) buffer AliasRef;
 layout(buffer_reference) buffer TreeNodeRef;
 layout(buffer_reference) buffer CellNodeRef;
@@ -226,6 +235,18 @@ struct Finish {
     vec3 absorption;
     // Index of refraction of the interface.
     float ior;
+    // Roughness of the gloss.
+    float roughness;
+    // Share of metal.
+    float metallic;
+    // Reflectance of the rest straight on, over 0.08.
+    float specular;
+    // Texture whose red scales the roughness, or NO_TEXTURE.
+    uint roughness_map;
+    // Texture of normals, or NO_TEXTURE.
+    uint normals;
+    // Unused, keeps the size a multiple of 16 bytes.
+    vec3 padding;
 };
 
 // One entry of the alias table.
@@ -330,6 +351,8 @@ struct SceneData {
     MaterialRef materials;
     // Finishes.
     FinishRef finishes;
+    // Gloss table.
+    GlossTableRef gloss_table;
     // Emitters.
     EmitterRef emitters;
     // Triangles they lie on.
@@ -487,6 +510,12 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer So
 // Emission textures.
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmissionMapRef {
     EmissionMap at[];
+};
+
+// What one reflection by microfacets gives back, as factor and summand of the
+// reflectance straight on; by roughness, then by root of the cosine.
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer GlossTableRef {
+    vec2 at[];
 };
 
 // Alias table over emitters, then point lights, then suns.

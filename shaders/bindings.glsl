@@ -20,3 +20,5 @@ layout(constant_id = 8) const bool LOG_RAYS = false;
 layout(constant_id = 9) const uint SELECTION = SELECTION_POWER;
 layout(constant_id = 10) const bool HAS_TRANSLUCENT = true;
 layout(constant_id = 11) const bool HAS_SUNS = false;
+layout(constant_id = 12) const bool HAS_GLOSS = true;
+layout(constant_id = 13) const bool HAS_NORMAL_MAPS = true;

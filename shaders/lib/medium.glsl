@@ -1,5 +1,5 @@
 // What light passes straight through: interfaces, and what absorbs between them. Needs bindings.glsl,
-// math.glsl, rng.glsl, bsdf.glsl.
+// math.glsl, rng.glsl.
 
 // What can happen to a path at an interface.
 const uint PAINT = 0u;   // it meets the painted part, which scatters as any surface
@@ -44,6 +44,19 @@ void pass_through(inout Medium m, vec3 absorption, bool front, float t) {
 // What is left of light that comes from distance t along the ray. Surfaces that enclose nothing could
 // add up to less than no depth: that counts as none.
 vec3 transmittance(Medium m, float t) { return exp(-max(m.absorption * t + m.passed, 0.0)); }
+
+// Share of unpolarised light that a smooth interface of relative index eta >= 1 reflects, met from the
+// side of the lower index: Fresnel's equations.
+float fresnel_dielectric(float cos_i, float eta) {
+    const float c = clamp(cos_i, 0.0, 1.0);
+    const float t = sqrt(max(0.0, 1.0 - (1.0 - c * c) / (eta * eta)));
+    const float perpendicular = c + eta * t, parallel = eta * c + t;
+    // Grazing, with nothing to refract: an index of 1 reflects nothing.
+    if (!(perpendicular > 0.0)) return eta > 1.0 ? 1.0 : 0.0;
+    const float s = (c - eta * t) / perpendicular;
+    const float p = (eta * c - t) / parallel;
+    return 0.5 * (s * s + p * p);
+}
 
 // What an interface lets pass straight on, its tint included.
 vec3 eval_passage(Finish f, float cos_i) {

@@ -79,16 +79,21 @@ vec3 placed_normal(mat4x3 place, vec3 normal) {
     return normalize(n * sign(dot(cross(x, y), z)));
 }
 
-Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
+Triangle triangle_in_world(uint instance_word, uint triangle_index) {
     Triangle t = params.scene.at[0].triangles.at[triangle_index];
-    const bool placed = HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u;
-    if (placed) {
+    if (HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u) {
         const mat4x3 place = to_world(instance_word);
         t.p0 = place * vec4(t.p0, 1.0);
         t.p1 = place * vec4(t.p1, 1.0);
         t.p2 = place * vec4(t.p2, 1.0);
         t.normal = placed_normal(place, t.normal);
     }
+    return t;
+}
+
+Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
+    const Triangle t = triangle_in_world(instance_word, triangle_index);
+    const bool placed = HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u;
     const Material material = params.scene.at[0].materials.at[t.material];
     const vec2 b = barycentrics;
     Surface s;

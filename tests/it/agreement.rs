@@ -3,7 +3,7 @@
 
 use glam::{Affine3A, Vec3};
 use runelight_tests::builder::{Builder, camera, settings};
-use runelight_tests::scenes::{pool, pool_views, room, room_view, scrolling, sunny_room};
+use runelight_tests::scenes::{polished, pool, pool_views, room, room_view, scrolling, sunny_room};
 use scene::render::{Estimator, Film};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, scroll_uv};
 
@@ -33,6 +33,11 @@ fn all_estimators_see_the_same_through_water_and_glass() {
     for view in pool_views() {
         check_estimators(&pool(), &view, &[2, 0]);
     }
+}
+
+#[test]
+fn all_estimators_see_the_same_gloss_and_bumps() {
+    check_estimators(&polished(), &room_view(), &[2, 0]);
 }
 
 fn check_estimators(scene: &std::sync::Arc<scene::Scene>, view: &scene::Camera, depths: &[u32]) {

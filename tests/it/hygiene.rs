@@ -171,11 +171,13 @@ fn the_shaders_see_the_structs_of_the_host() {
 /// Constants that shaders and the shared room both spell out: the shaders' numbers, by name.
 #[test]
 fn the_shaders_count_with_the_numbers_of_the_scene() {
-    use scene::{material, render, sky};
+    use scene::{gloss, material, render, sky};
     let sources = files("shaders", &["glsl", "rgen"]);
     for (name, value) in [
         ("MAX_ALBEDO", f64::from(material::MAX_ALBEDO)),
         ("WARP_TILE", material::WARP_TILE),
+        ("MIN_ROUGHNESS", f64::from(gloss::MIN_ROUGHNESS)),
+        ("GLOSS_TABLE_SIDE", gloss::TABLE_SIDE as f64),
         ("BACK_SPEED", sky::BACK_SPEED),
         ("FRONT_SPEED", sky::FRONT_SPEED),
         ("ROULETTE_START", f64::from(render::ROULETTE_START)),

@@ -3,7 +3,7 @@
 use runelight_tests::builder::settings;
 use runelight_tests::devices::{Device, render};
 use runelight_tests::levels;
-use runelight_tests::scenes::{pool, pool_views};
+use runelight_tests::scenes::{polished, pool, pool_views, room_view};
 use runelight_tests::stats::ZTest;
 use scene::Scene;
 use scene::import::LightMode;
@@ -52,7 +52,15 @@ fn the_devices_agree_through_water_and_glass() {
 #[test]
 fn the_devices_agree_on_a_room_with_suns() {
     let mut scene = Arc::unwrap_or_clone(runelight_tests::scenes::sunny_room());
-    scene.cameras = vec![runelight_tests::scenes::room_view()];
+    scene.cameras = vec![room_view()];
+    check_devices(&Arc::new(scene));
+}
+
+#[test]
+fn the_devices_agree_on_gloss_and_bumps() {
+    let mut scene = Arc::unwrap_or_clone(polished());
+    scene.name = "polished".into();
+    scene.cameras = vec![room_view()];
     check_devices(&Arc::new(scene));
 }
 

@@ -78,6 +78,7 @@ fn a_view_into_water_is_absorbed_mirrored_and_painted() {
         ior: 1.33,
         tint: Vec3::new(1.0, 1.0, 0.5),
         absorption: Vec3::from(absorption),
+        ..Finish::default()
     };
     let walls = [black, black, black, black, floor, ceiling];
     b.cuboid(Vec3::splat(-40.0), Vec3::splat(40.0), true, walls);

@@ -108,6 +108,7 @@ pub fn pool() -> Arc<Scene> {
             ior: 1.33,
             tint: Vec3::ONE,
             absorption: Vec3::new(0.02, 0.01, 0.004),
+            ..scene::Finish::default()
         },
         ..b.edit(water).clone()
     };
@@ -116,7 +117,7 @@ pub fn pool() -> Arc<Scene> {
         alpha: 0.1,
         ior: 1.5,
         tint: Vec3::new(0.5, 0.9, 0.7),
-        absorption: Vec3::ZERO,
+        ..scene::Finish::default()
     };
     let sheet = b.material(base, Some(glow), 1.0);
     b.edit(sheet).two_sided = true;
@@ -154,4 +155,58 @@ pub fn pool_views() -> [scene::Camera; 2] {
         camera(Vec3::new(5.0, -35.0, 20.0), 35.0, 95.0, 100.0),
         camera(Vec3::new(-25.0, -30.0, -20.0), -10.0, 60.0, 100.0),
     ]
+}
+
+/// A room with a glossy floor of uneven roughness, walls of metal and of bumps, a lamp and a skylight.
+#[must_use]
+pub fn polished() -> Arc<Scene> {
+    let mut b = Builder::new();
+    let (wall, sky, lamp) = (b.plain(170, 0.0), b.sky(0.5), b.plain(90, 6.0));
+    let colours = vec![
+        [200, 160, 90, 255],
+        [90, 160, 200, 255],
+        [30, 30, 30, 255],
+        [220; 4],
+    ];
+    let base = b.texture(2, colours);
+    let scales = b.texture(2, vec![[255; 4], [140; 4], [200; 4], [100; 4]]);
+    let tilts = [
+        [200, 128, 230],
+        [60, 160, 225],
+        [128, 60, 230],
+        [128, 128, 255],
+    ];
+    let normals = b.texture(2, tilts.map(|[x, y, z]| [x, y, z, 255]).to_vec());
+    let [floor, metal, bumps, shiny_bumps] = [(); 4].map(|()| b.material(base, None, 0.0));
+    let gloss = |roughness, metallic, roughness_map| {
+        Some(scene::gloss::Gloss {
+            roughness,
+            metallic,
+            specular: 0.6,
+            roughness_map,
+        })
+    };
+    b.edit(floor).finish.gloss = gloss(0.6, 0.0, Some(scales));
+    b.edit(metal).finish.gloss = gloss(0.4, 1.0, None);
+    b.edit(bumps).finish.normals = Some(normals);
+    b.edit(shiny_bumps).finish.normals = Some(normals);
+    b.edit(shiny_bumps).finish.gloss = gloss(0.5, 0.4, None);
+    let (min, max) = (Vec3::splat(-40.0), Vec3::splat(40.0));
+    let walls = [metal, bumps, wall, shiny_bumps, floor, sky];
+    for (corners, material) in crate::builder::cuboid_sides(min, max, true)
+        .into_iter()
+        .zip(walls)
+    {
+        b.quad(corners, material, [7.0, 5.0]);
+    }
+    b.slab(Vec3::new(15., 10., 20.), [10.0, 8.0], false, lamp, [1.0; 2]);
+    b.cuboid(
+        Vec3::new(-20., 5., -40.),
+        Vec3::new(0., 25., -15.),
+        false,
+        [shiny_bumps; 6],
+    );
+    b.transform(Affine3A::from_rotation_x(0.3));
+    b.scene.sky = scrolling(&mut b);
+    b.build()
 }

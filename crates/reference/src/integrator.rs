@@ -5,9 +5,7 @@ use crate::choice::Choice;
 use crate::lights::{Vertex, sample_light};
 use crate::passage::{Depth, Event, MAX_PASSAGES, sample_event};
 use crate::rng::Rng;
-use crate::shading::{
-    mis_weight, pdf_cosine_hemisphere, sample_cosine_hemisphere, sample_uniform_hemisphere,
-};
+use crate::shading::mis_weight;
 use crate::triangle::Ray;
 use crate::world::World;
 use glam::DVec3;
@@ -135,7 +133,8 @@ pub(crate) fn trace_path(
             });
         }
         // Black surfaces, the sky among them, end the path.
-        if k == depth || (event == Event::Paint && albedo == DVec3::ZERO) {
+        let bsdf = world.bsdf(&point, albedo, -ray.direction);
+        if k == depth || (event == Event::Paint && bsdf.is_black()) {
             return sample;
         }
 
@@ -144,7 +143,7 @@ pub(crate) fn trace_path(
             choice = Choice::at(&world.scene, selection, point.spawn_origin());
             let vertex = Vertex {
                 point,
-                albedo,
+                bsdf,
                 absorption: depth_along.absorption(),
             };
             let light = sample_light(world, estimator, &choice, &vertex, rng, stack);
@@ -157,16 +156,16 @@ pub(crate) fn trace_path(
             (ray.direction + normal * (2.0 * cos)).normalize()
         } else {
             let u = rng.next2();
-            let (direction, weight) = match estimator {
-                Estimator::Uniform => {
-                    let direction = sample_uniform_hemisphere(normal, u);
-                    (direction, 2.0 * direction.dot(normal))
-                }
-                _ => (sample_cosine_hemisphere(normal, u), 1.0),
+            let next = match estimator {
+                Estimator::Uniform => bsdf.sample_uniformly(u),
+                _ => bsdf.sample(u, rng.next()),
             };
-            pdf_direction = pdf_cosine_hemisphere(direction.dot(normal));
-            throughput *= albedo * weight;
-            direction
+            if next.weight == DVec3::ZERO {
+                return sample;
+            }
+            pdf_direction = next.pdf;
+            throughput *= next.weight;
+            next.direction
         };
         if depth == 0 && k >= ROULETTE_START {
             let survival = throughput.max_element().min(ROULETTE_MAX_SURVIVAL);

@@ -38,6 +38,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bsdf;
 mod bvh;
 mod choice;
 mod emitters;

@@ -1,12 +1,12 @@
 //! Light sampling: one emitter, one point of it, one shadow ray.
 
+use crate::bsdf::Bsdf;
 use crate::bvh::Stack;
 use crate::choice::Choice;
 use crate::rng::Rng;
 use crate::shading::{
-    eval_diffuse, mis_weight, pdf_area_to_solid_angle, pdf_cosine_hemisphere, pdf_sphere_cone,
-    sample_sphere_cone, spawn_origin, sphere_cone_height, sphere_near_distance, sphere_radiance,
-    spot_factor,
+    mis_weight, pdf_area_to_solid_angle, pdf_sphere_cone, sample_sphere_cone, spawn_origin,
+    sphere_cone_height, sphere_near_distance, sphere_radiance, spot_factor,
 };
 use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
@@ -25,7 +25,10 @@ pub(crate) struct LightSample {
 
 /// A light sample before it is known whether anything is between.
 struct Candidate {
+    /// Emitted radiance over the density, weighted.
     radiance: DVec3,
+    /// Unit direction to it.
+    direction: DVec3,
     end: End,
 }
 
@@ -33,8 +36,8 @@ struct Candidate {
 enum End {
     /// A point, world space: nothing may be between.
     At(DVec3),
-    /// A direction: a sky face must be the first thing there.
-    Sky(DVec3),
+    /// Far away: a sky face must be the first thing in its direction.
+    Sky,
 }
 
 /// A path vertex that light is sampled at.
@@ -43,7 +46,7 @@ pub(crate) struct Vertex<'a> {
     /// Where it is.
     pub point: SurfacePoint<'a>,
     /// What it reflects.
-    pub albedo: DVec3,
+    pub bsdf: Bsdf,
     /// Absorption of what it lies in, per world unit.
     pub absorption: DVec3,
 }
@@ -68,16 +71,21 @@ pub(crate) fn sample_light(
     let u = rng.next2();
     let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
     let candidate = if entry < listed {
-        sample_emitter(world, estimator, choice, point, entry as u32, u)
+        sample_emitter(world, estimator, choice, vertex, entry as u32, u)
     } else if entry < listed + lights {
         let light = &world.scene.lights[entry - listed];
         let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
         let pdf_choice = choice.probability(entry as u32, power);
         sample_point_light(point, light, pdf_choice, u)
     } else {
-        sample_sun(world, estimator, choice, point, entry - listed - lights, u)
+        sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
     };
-    let Some(Candidate { radiance, end }) = candidate else {
+    let Some(Candidate {
+        radiance,
+        direction,
+        end,
+    }) = candidate
+    else {
         return LightSample::default();
     };
     let origin = point.spawn_origin();
@@ -86,7 +94,7 @@ pub(crate) fn sample_light(
             let arriving = world.transmittance(vertex.absorption, origin, end, stack);
             (arriving, 1)
         }
-        End::Sky(direction) => {
+        End::Sky => {
             let ray = Ray::new(origin, direction);
             world.transmittance_of_sky(vertex.absorption, &ray, stack)
         }
@@ -95,21 +103,22 @@ pub(crate) fn sample_light(
         radiance: if arriving == DVec3::ZERO {
             DVec3::ZERO
         } else {
-            radiance * eval_diffuse(vertex.albedo) * arriving
+            radiance * vertex.bsdf.eval(direction) * arriving
         },
         rays,
     }
 }
 
-/// Irradiance estimate from a point of an emitter.
+/// Estimate of the light from a point of an emitter.
 fn sample_emitter(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
-    point: &SurfacePoint<'_>,
+    vertex: &Vertex<'_>,
     number: u32,
     u: [f64; 2],
 ) -> Option<Candidate> {
+    let point = &vertex.point;
     let emitter = &world.scene.emitters.list[number as usize];
     let light = world.sample_emitter_point(emitter, u, point.position)?;
     let to_light = light.position - point.position;
@@ -128,11 +137,12 @@ fn sample_emitter(
     let pdf_area = world.pdf_light_area(choice, number, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
     let weight = match estimator {
-        Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
+        Estimator::Mis => mis_weight(pdf_light, vertex.bsdf.pdf(direction)),
         _ => 1.0,
     };
     Some(Candidate {
-        radiance: emitted * (cos * weight / pdf_light),
+        radiance: emitted * (weight / pdf_light),
+        direction,
         end: End::At(spawn_origin(
             light.position,
             light.facing_normal(),
@@ -141,7 +151,7 @@ fn sample_emitter(
     })
 }
 
-/// Irradiance estimate from a uniform direction to a sphere; `pdf_choice` is the probability with
+/// Estimate of the light from a uniform direction to a sphere; `pdf_choice` is the probability with
 /// which it was chosen among the lights.
 fn sample_point_light(
     point: &SurfacePoint<'_>,
@@ -168,34 +178,36 @@ fn sample_point_light(
     let pdf_light = pdf_choice * pdf_sphere_cone(height);
     let emitted = sphere_radiance(light.intensity.as_dvec3(), radius) * factor;
     Some(Candidate {
-        radiance: emitted * (cos / pdf_light),
+        radiance: emitted / pdf_light,
+        direction,
         end: End::At(point.position + direction * sphere_near_distance(distance, radius, h)),
     })
 }
 
-/// Irradiance estimate from a uniform direction to a sun.
+/// Estimate of the light from a uniform direction to a sun.
 fn sample_sun(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
-    point: &SurfacePoint<'_>,
+    vertex: &Vertex<'_>,
     index: usize,
     u: [f64; 2],
 ) -> Option<Candidate> {
     let sun = &world.scene.sky.suns[index];
     let axis = sun.direction.as_dvec3().normalize();
     let (direction, _) = sample_sphere_cone(axis, f64::from(sun.one_minus_cos), u);
-    let cos = direction.dot(point.facing_normal());
+    let cos = direction.dot(vertex.point.facing_normal());
     let pdf_light = world.pdf_sun(choice, index);
     if !(cos > 0.0 && pdf_light > 0.0) {
         return None;
     }
     let weight = match estimator {
-        Estimator::Mis => mis_weight(pdf_light, pdf_cosine_hemisphere(cos)),
+        Estimator::Mis => mis_weight(pdf_light, vertex.bsdf.pdf(direction)),
         _ => 1.0,
     };
     Some(Candidate {
-        radiance: sun.radiance.as_dvec3() * (cos * weight / pdf_light),
-        end: End::Sky(direction),
+        radiance: sun.radiance.as_dvec3() * (weight / pdf_light),
+        direction,
+        end: End::Sky,
     })
 }

@@ -93,6 +93,7 @@ mod tests {
             ior: 1.33,
             tint: Vec3::ONE,
             absorption: Vec3::splat(absorption),
+            ..Finish::default()
         }
     }
 

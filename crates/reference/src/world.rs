@@ -1,11 +1,12 @@
 //! A scene made ready for rays: one set of triangles in world space, and what is at a hit.
 
 use crate::Error;
+use crate::bsdf::{Bsdf, GlossHere};
 use crate::bvh::{Bvh, Hit, MAX_TRIANGLES, Stack};
 use crate::passage::{Depth, eval_passage};
 use crate::shading::{point_error, spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{PackedTriangle, Ray};
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use scene::cells::{self, CELL, CellNode, LightCells};
 use scene::emitter::tree::LEAF;
 use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
@@ -14,6 +15,9 @@ use scene::sky::SkyKind;
 use scene::{Instance, Material, Scene, Surface, Texture, TextureId, Triangle};
 use std::cell::Cell;
 use std::sync::Arc;
+
+/// Least part of a normal in a picture that points away from the face.
+const LEAST_RISE: f64 = 0.05;
 
 /// The scene with its triangles flattened.
 #[derive(Debug)]
@@ -63,6 +67,8 @@ pub(crate) struct SurfacePoint<'a> {
     pub uv: DVec2,
     /// The level's number of the face.
     pub face: u32,
+    /// Place of its triangle in the hierarchy.
+    slot: u32,
     /// Barycentric weights in the triangle.
     pub weights: [f64; 3],
     /// Area of the triangle, square world units.
@@ -207,6 +213,7 @@ impl World {
             material: &self.scene.materials[info.material as usize],
             uv: interpolate_uv(&info.uv, weights),
             face: info.face,
+            slot,
             weights,
             area: (b - a).cross(c - a).length() / 2.0,
             uv_area: uv_area(&info.uv),
@@ -241,6 +248,43 @@ impl World {
         }
         self.decode(self.texel(point.material.base, point.material, point.uv))
             .min(DVec3::splat(f64::from(MAX_ALBEDO)))
+    }
+
+    /// How a point of this albedo scatters light towards `wo`.
+    pub fn bsdf(&self, point: &SurfacePoint<'_>, albedo: DVec3, wo: DVec3) -> Bsdf {
+        let material = point.material;
+        let texel = |id: TextureId| self.texel(id, material, point.uv);
+        let gloss = material.finish.gloss.map(|gloss| GlossHere {
+            roughness: f64::from(gloss.roughness)
+                * (gloss.roughness_map).map_or(1.0, |id| f64::from(texel(id)[0]) / 255.0),
+            metallic: f64::from(gloss.metallic),
+            specular: f64::from(gloss.specular),
+        });
+        let face = point.facing_normal();
+        let bent = material.finish.normals.and_then(|id| {
+            let [x, y, z, _] = texel(id).map(|byte| (f64::from(byte) - 128.0) / 127.0);
+            self.from_texture_space(point, DVec3::new(x, -y, z.max(LEAST_RISE)))
+        });
+        let normal = bent.map_or(face, |n| if point.front { n } else { -n });
+        Bsdf::new(albedo, gloss, face, normal, wo)
+    }
+
+    /// A unit vector along `u`, `v` and the normal of a point's triangle, in world space; `None` if
+    /// its texture coordinates span nothing.
+    fn from_texture_space(&self, point: &SurfacePoint<'_>, v: DVec3) -> Option<DVec3> {
+        let [a, b, c] = self.bvh.triangle(point.slot).corners();
+        let [p, q, r] = self.uv_of(point.slot);
+        let (uv, wx) = (DMat2::from_cols(q - p, r - p), [b - a, c - a]);
+        if uv.determinant() == 0.0 {
+            return None;
+        }
+        // Rows: how the corners' weights change along u and along v.
+        let inverse = uv.inverse();
+        let [along, down] = [inverse.x_axis, inverse.y_axis].map(|w| {
+            let direction = wx[0] * w.x + wx[1] * w.y;
+            (direction - point.normal * direction.dot(point.normal)).try_normalize()
+        });
+        (along? * v.x + down? * v.y + point.normal * v.z).try_normalize()
     }
 
     fn is_hole(&self, hit: &Hit) -> bool {
@@ -367,10 +411,11 @@ fn check(scene: &Scene) -> Result<(), Error> {
         "a texture's size does not match its texels",
     )?;
     ensure(
-        scene
-            .materials
-            .iter()
-            .all(|m| texture_exists(m.base) && m.emission.is_none_or(texture_exists)),
+        scene.materials.iter().all(|m| {
+            let roughness = m.finish.gloss.and_then(|g| g.roughness_map);
+            let others = [m.emission, m.finish.normals, roughness];
+            texture_exists(m.base) && others.into_iter().flatten().all(texture_exists)
+        }),
         "a material's texture does not exist",
     )?;
     if let SkyKind::Scrolling { back, front } = scene.sky.kind {

@@ -146,6 +146,14 @@ abi! {
         MATERIAL_EMISSIVE: uint = 16;
         /// Material flag: light passes straight through, in part; see its finish.
         MATERIAL_TRANSLUCENT: uint = 32;
+        /// Material flag: gloss over the painted part; see its finish.
+        MATERIAL_GLOSSY: uint = 64;
+        /// Material flag: has a picture of its normals.
+        MATERIAL_BUMPED: uint = 128;
+        /// Number of a texture that is not there.
+        NO_TEXTURE: uint = 0xffff_ffff;
+        /// Rows and columns of the gloss table.
+        GLOSS_TABLE_SIDE: uint = 40;
         /// Number of a material that stands for free space.
         NO_MEDIUM: uint = 0xffff_ffff;
         /// Sky kinds: none, the same everywhere, two scrolling layers.
@@ -206,6 +214,9 @@ abi! {
         SourceRef => readonly Source, align "16";
         /// Emission textures.
         EmissionMapRef => readonly EmissionMap, align "4";
+        /// What one reflection by microfacets gives back, as factor and summand of the
+        /// reflectance straight on; by roughness, then by root of the cosine.
+        GlossTableRef => readonly vec2, align "8";
         /// Alias table over emitters, then point lights, then suns.
         AliasRef => readonly AliasEntry, align "8";
         /// Nodes of the tree over all lights, the root first.
@@ -344,6 +355,18 @@ abi! {
             absorption: vec3,
             /// Index of refraction of the interface.
             ior: float,
+            /// Roughness of the gloss.
+            roughness: float,
+            /// Share of metal.
+            metallic: float,
+            /// Reflectance of the rest straight on, over 0.08.
+            specular: float,
+            /// Texture whose red scales the roughness, or NO_TEXTURE.
+            roughness_map: uint,
+            /// Texture of normals, or NO_TEXTURE.
+            normals: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: vec3,
         }
         /// One entry of the alias table.
         AliasEntry {
@@ -440,6 +463,8 @@ abi! {
             materials: MaterialRef,
             /// Finishes.
             finishes: FinishRef,
+            /// Gloss table.
+            gloss_table: GlossTableRef,
             /// Emitters.
             emitters: EmitterRef,
             /// Triangles they lie on.
@@ -572,7 +597,7 @@ mod tests {
         assert_eq!(size_of::<Triangle>(), 80);
         assert_eq!(size_of::<Instance>(), 64);
         assert_eq!(size_of::<Material>(), 32);
-        assert_eq!(size_of::<Finish>(), 32);
+        assert_eq!(size_of::<Finish>(), 64);
         assert_eq!(size_of::<Light>(), 64);
         assert_eq!(size_of::<Emitter>(), 32);
         assert_eq!(size_of::<Source>(), 32);

@@ -15,6 +15,7 @@
 pub mod camera;
 pub mod cells;
 pub mod emitter;
+pub mod gloss;
 pub mod import;
 pub mod light;
 pub mod material;
@@ -83,6 +84,10 @@ pub struct Features {
     pub liquids: bool,
     /// Surfaces exist that light passes straight through, in part: shadow rays ask each.
     pub translucent: bool,
+    /// Glossy or metallic surfaces exist.
+    pub gloss: bool,
+    /// Surfaces have pictures of their normals.
+    pub normal_maps: bool,
     /// Sky faces exist.
     pub sky: bool,
     /// Emissive triangles other than the sky exist.
@@ -117,6 +122,16 @@ impl Features {
                 "translucent",
                 "liquids or entities with an alpha below 1: Fresnel reflection, straight passage, \
                  absorption",
+            ),
+            (
+                self.gloss,
+                "gloss",
+                "glossy or metallic materials: microfacets over the Lambertian body",
+            ),
+            (
+                self.normal_maps,
+                "normal maps",
+                "pictures of normals: shading differs from the faces' planes",
             ),
             (self.sky, "sky", "sky faces: radiance by direction"),
             (
@@ -200,6 +215,8 @@ impl Scene {
             fences: any(|m| m.alpha_tested),
             liquids: any(|m| m.warped),
             translucent: any(|m| m.finish.alpha < 1.0),
+            gloss: any(|m| m.finish.gloss.is_some()),
+            normal_maps: any(|m| m.finish.normals.is_some()),
             sky: any(|m| m.surface == Surface::Sky),
             emissive_surfaces: any(|m| m.surface != Surface::Sky && m.emission.is_some()),
             point_lights: !self.lights.is_empty(),

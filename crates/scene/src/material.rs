@@ -1,5 +1,6 @@
 //! Materials and textures.
 
+use crate::gloss::Gloss;
 use glam::Vec3;
 
 /// Index into `Scene::materials`.
@@ -88,6 +89,11 @@ pub struct Finish {
     pub tint: Vec3,
     /// Absorption of what is behind the front of the interface, per channel and world unit.
     pub absorption: Vec3,
+    /// Gloss of the painted part; without it that is Lambertian.
+    pub gloss: Option<Gloss>,
+    /// Normals of the painted part, of the base texture's size: bytes `128 + 127 x` of the components
+    /// along `u`, against `v`, and along the face's normal.
+    pub normals: Option<TextureId>,
 }
 
 impl Default for Finish {
@@ -97,6 +103,8 @@ impl Default for Finish {
             ior: 1.0,
             tint: Vec3::ONE,
             absorption: Vec3::ZERO,
+            gloss: None,
+            normals: None,
         }
     }
 }

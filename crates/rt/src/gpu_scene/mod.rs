@@ -150,6 +150,11 @@ impl GpuScene {
         let sun_buffer = staging.add(device, "suns", Usage::STORAGE_BUFFER, &suns)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
         let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
+        let table = match scene.features.gloss {
+            true => scene::gloss::table(),
+            false => &[],
+        };
+        let gloss_table = staging.add(device, "gloss table", Usage::STORAGE_BUFFER, table)?;
         let cell_nodes = staging.add(device, "cell nodes", Usage::STORAGE_BUFFER, &cell_nodes)?;
         let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
         let cell_entries =
@@ -177,6 +182,7 @@ impl GpuScene {
             instances: instance_buffer.address(),
             materials: materials.address(),
             finishes: finishes.address(),
+            gloss_table: gloss_table.address(),
             emitters: emitter_list.address(),
             sources: sources.address(),
             source_triangles: source_triangles.address(),
@@ -269,6 +275,7 @@ impl GpuScene {
                 sun_buffer,
                 materials,
                 finishes,
+                gloss_table,
                 cell_nodes,
                 cells,
                 cell_entries,
@@ -427,6 +434,8 @@ fn material(m: &Material, scene: &Scene) -> abi::Material {
     set(m.surface == Surface::Sky, abi::MATERIAL_SKY);
     set(m.emission.is_some(), abi::MATERIAL_EMISSIVE);
     set(m.finish.alpha < 1.0, abi::MATERIAL_TRANSLUCENT);
+    set(m.finish.gloss.is_some(), abi::MATERIAL_GLOSSY);
+    set(m.finish.normals.is_some(), abi::MATERIAL_BUMPED);
     abi::Material {
         base: m.base.0,
         emission: m.emission.map_or(0, |t| t.0),
@@ -440,11 +449,18 @@ fn material(m: &Material, scene: &Scene) -> abi::Material {
 }
 
 fn finish(f: &scene::Finish) -> abi::Finish {
+    let texture = |id: Option<scene::TextureId>| id.map_or(abi::NO_TEXTURE, |t| t.0);
     abi::Finish {
         tint: f.tint.to_array(),
         alpha: f.alpha,
         absorption: f.absorption.to_array(),
         ior: f.ior,
+        roughness: f.gloss.map_or(1.0, |g| g.roughness),
+        metallic: f.gloss.map_or(0.0, |g| g.metallic),
+        specular: f.gloss.map_or(0.0, |g| g.specular),
+        roughness_map: texture(f.gloss.and_then(|g| g.roughness_map)),
+        normals: texture(f.normals),
+        padding: [0.0; 3],
     }
 }
 

@@ -90,6 +90,8 @@ impl PathTrace {
             },
             u32::from(features.translucent),
             u32::from(features.suns),
+            u32::from(features.gloss),
+            u32::from(features.normal_maps),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

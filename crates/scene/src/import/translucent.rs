@@ -104,6 +104,7 @@ pub fn finish(kind: NameKind, alpha: f32, picture: &Texture) -> Finish {
         ior: LIQUID_IOR,
         tint: Vec3::ONE,
         absorption: hue.map(|h| -(h * CLEARNESS).ln() / depth),
+        ..Finish::default()
     }
 }
 

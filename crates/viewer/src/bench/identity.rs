@@ -14,11 +14,13 @@
 
 use crate::cli::SceneArgs;
 use scene::cells::CellNode;
+use scene::gloss::Gloss;
 use scene::light::Spot;
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
-    Emitters, Finish, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, Triangle,
+    Emitters, Finish, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, TextureId,
+    Triangle,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -222,9 +224,23 @@ fn hash_finish(h: &mut Hasher, finish: &Finish) {
         ior,
         tint,
         absorption,
+        gloss,
+        normals,
     } = finish;
+    let number = |t: &Option<TextureId>| t.map_or(0, |t| u64::from(t.0) + 1);
     h.text("finish").floats([*alpha, *ior]);
     h.floats(tint.to_array()).floats(absorption.to_array());
+    h.int(number(normals)).int(gloss.is_some().into());
+    if let Some(Gloss {
+        roughness,
+        metallic,
+        specular,
+        roughness_map,
+    }) = gloss
+    {
+        h.floats([*roughness, *metallic, *specular]);
+        h.int(number(roughness_map));
+    }
 }
 
 fn hash_light(h: &mut Hasher, light: &PointLight) {

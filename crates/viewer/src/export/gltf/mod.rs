@@ -240,6 +240,13 @@ fn material(scene: &Scene, material: &Material, pictures: &mut Pictures) -> Resu
             value["alphaMode"] = "MASK".into();
             value["alphaCutoff"] = json!(0.5);
         }
+        if let Some(gloss) = material.finish.gloss {
+            pbr["metallicFactor"] = json!(gloss.metallic);
+            pbr["roughnessFactor"] = json!(gloss.roughness);
+        }
+        if let Some(normals) = material.finish.normals {
+            value["normalTexture"] = json!({"index": pictures.number(scene, normals)?});
+        }
         if material.finish.alpha < 1.0 {
             value["alphaMode"] = "BLEND".into();
             pbr["baseColorFactor"] = json!([1, 1, 1, material.finish.alpha]);
@@ -406,6 +413,11 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
             "sky faces shine evenly with the sky's mean colour",
         ),
         (features.liquids, "warped liquids", "liquids do not warp"),
+        (
+            features.gloss,
+            "gloss",
+            "gloss has glTF's strength, 4 % straight on, and no pictures of its roughness",
+        ),
         (
             features.translucent,
             "see-through surfaces",

@@ -59,6 +59,15 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
         emitters += 1;
     }
     explain_lamps(job, &mut reasons);
+    if scene.features.gloss || scene.features.normal_maps {
+        reasons.push(Reason {
+            what: "gloss",
+            why:
+                "glossy, metallic and bumpy surfaces are Lambertian and flat, with the same albedo"
+                    .into(),
+            visible: true,
+        });
+    }
     if scene.features.translucent {
         reasons.push(Reason {
             what: "see-through surfaces",
