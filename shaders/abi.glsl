@@ -55,6 +55,18 @@ const uint NO_TEXTURE = 4294967295u;
 const uint GLOSS_TABLE_SIDE = 40u;
 // Number of a material that stands for free space.
 const uint NO_MEDIUM = 4294967295u;
+// Falloff of a compiler light: `max(0, 1 - scale d)`.
+const uint FALLOFF_LINEAR = 0u;
+// Falloff: `K / (scale d)`, with K = 128.
+const uint FALLOFF_INVERSE = 1u;
+// Falloff: `(K / (scale d))^2`.
+const uint FALLOFF_INVERSE_SQUARE = 2u;
+// Falloff: `(K / (scale d + K))^2`.
+const uint FALLOFF_SHIFTED = 3u;
+// Falloff: none.
+const uint FALLOFF_CONSTANT = 4u;
+// Falloff: none, from the sky against the light's direction.
+const uint FALLOFF_SUN = 5u;
 // Sky kinds: none, the same everywhere, two scrolling layers.
 const uint SKY_NONE = 0u;
 // See `SKY_NONE`.
@@ -112,6 +124,8 @@ layout(buffer_reference) buffer CellNodeRef;
 layout(buffer_reference) buffer CellRef;
 layout(buffer_reference) buffer CellEntryRef;
 layout(buffer_reference) buffer NumberRef;
+layout(buffer_reference) buffer BakedTriangleRef;
+layout(buffer_reference) buffer BakedSampleRef;
 layout(buffer_reference) buffer LightRef;
 layout(buffer_reference) buffer SunRef;
 layout(buffer_reference) buffer SceneRef;
@@ -309,24 +323,44 @@ struct CellEntry {
     uint other;
 };
 
-// A point light: an invisible sphere.
+// Where a triangle's samples of baked light are.
+struct BakedTriangle {
+    // Index of the first sample.
+    uint first;
+    // Luxels across.
+    uint width;
+    // Luxels down.
+    uint height;
+    // Luxel coordinates of p0.
+    vec2 uv0;
+    // Luxel coordinates of p1.
+    vec2 uv1;
+    // Luxel coordinates of p2.
+    vec2 uv2;
+};
+
+// A point light: an invisible sphere, or a compiler light.
 struct Light {
     // Centre, world space.
     vec3 position;
     // Radius.
     float radius;
-    // Radiant intensity.
+    // Radiant intensity; irradiance of a compiler light.
     vec3 intensity;
     // Probability with which the alias table chooses it.
     float probability;
-    // Direction of the cone.
+    // Direction of the cone, or of a sun's light.
     vec3 direction;
     // Cosine of half the inner cone.
     float cos_inner;
     // Cosine of half the outer cone; below -1 if there is no cone.
     float cos_outer;
-    // Unused, keeps the size a multiple of 16 bytes.
-    vec3 padding;
+    // FALLOFF_ of a compiler light.
+    uint falloff;
+    // Its factor of the distance.
+    float falloff_scale;
+    // Its share of the cosine.
+    float angle_scale;
 };
 
 // A sun: a disc in the sky.
@@ -377,6 +411,10 @@ struct SceneData {
     NumberRef trails;
     // Suns.
     SunRef suns;
+    // Grids of baked light.
+    BakedTriangleRef baked;
+    // Samples of baked light.
+    BakedSampleRef baked_samples;
     // Splits of space into cells.
     CellNodeRef cell_nodes;
     // Cells.
@@ -546,6 +584,16 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ce
 // Numbers of emitters or sources, sums and labels of texels.
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer NumberRef {
     uint at[];
+};
+
+// Grids of baked light, by triangle of all meshes.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer BakedTriangleRef {
+    BakedTriangle at[];
+};
+
+// Samples of baked light.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer BakedSampleRef {
+    vec3 at[];
 };
 
 // Point lights.

@@ -22,3 +22,5 @@ layout(constant_id = 10) const bool HAS_TRANSLUCENT = true;
 layout(constant_id = 11) const bool HAS_SUNS = false;
 layout(constant_id = 12) const bool HAS_GLOSS = true;
 layout(constant_id = 13) const bool HAS_NORMAL_MAPS = true;
+layout(constant_id = 14) const bool HAS_COMPILER_LIGHTS = false;
+layout(constant_id = 15) const bool HAS_BAKED_LIGHT = false;

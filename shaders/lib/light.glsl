@@ -8,7 +8,13 @@ struct LightSample {
     float pdf;         // solid angle, choice of the light included
     bool hittable;     // whether a ray in this direction would find the light too
     bool sun;          // seen where a sky face is the first thing hit, whatever its distance
+    float angle_scale; // share of the cosine, of compiler lights alone
 };
+
+// What a compiler light makes of a cosine above 0, as a factor of it.
+float cosine_factor(LightSample light, float cosine) {
+    return HAS_COMPILER_LIGHTS ? mix(1.0, cosine, light.angle_scale) / cosine : 1.0;
+}
 
 // The cell a point lies in; its list says which lights matter there.
 uint cell_at(vec3 point) {
@@ -90,9 +96,23 @@ LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2
     return s;
 }
 
+// Share of a light in a direction under this cosine to its cone's axis.
+float spot_factor(Light light, float cosine) {
+    if (light.cos_outer < -1.0) return 1.0;
+    const float width = light.cos_inner - light.cos_outer;
+    return width > 0.0 ? clamp((cosine - light.cos_outer) / width, 0.0, 1.0)
+                       : float(cosine >= light.cos_outer);
+}
+
+#include "compiler_light.glsl"
+
 // A sphere, sampled in the cone it subtends. No ray hits it, so its samples stand alone.
 LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, vec2 u) {
     const Light light = params.scene.at[0].lights.at[index];
+    const uint emitter = params.scene.at[0].emitter_count + index;
+    const float probability = SELECTION == SELECTION_TREE
+        ? chosen : choice_probability(cell, from, emitter, light.probability);
+    if (HAS_COMPILER_LIGHTS) return sample_compiler_light(light, probability, from);
     const vec3 to_centre = light.position - from;
     const float squared = dot(to_centre, to_centre);
     const float sin2 = light.radius * light.radius / squared;
@@ -105,21 +125,12 @@ LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, v
     const vec3 axis = to_centre / distance;
     const float cap = one_minus_cos(sin2);
     s.wi = sample_cone(axis, cap, u);
-    const uint emitter = params.scene.at[0].emitter_count + index;
-    const float probability = SELECTION == SELECTION_TREE
-        ? chosen : choice_probability(cell, from, emitter, light.probability);
     s.pdf = probability * pdf_cone(cap);
     // Distance to the near surface along wi.
     const float along = dot(to_centre, s.wi);
     const vec3 off = to_centre - along * s.wi;
     s.t_max = along - sqrt(max(0.0, light.radius * light.radius - dot(off, off)));
-    float cone = 1.0;
-    if (light.cos_outer >= -1.0) {
-        const float c = dot(-axis, light.direction);
-        const float width = light.cos_inner - light.cos_outer;
-        cone = width > 0.0 ? clamp((c - light.cos_outer) / width, 0.0, 1.0)
-                           : float(c >= light.cos_outer);
-    }
+    const float cone = spot_factor(light, dot(-axis, light.direction));
     s.emission = light.intensity * (cone / (PI * light.radius * light.radius));
     return s;
 }
@@ -185,7 +196,7 @@ LightSample sample_light(uint cell, vec3 from, vec4 u) {
     float probability = 0.0;
     if (SELECTION == SELECTION_TREE) {
         chosen = sample_tree(from, u.xy, probability);
-        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false, false);
+        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false, false, 1.0);
     } else {
         chosen = SELECTION == SELECTION_LEAF ? choose_listed(cell, u.xy) : choose_emitter(u.xy);
     }

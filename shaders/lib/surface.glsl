@@ -79,6 +79,8 @@ vec3 placed_normal(mat4x3 place, vec3 normal) {
     return normalize(n * sign(dot(cross(x, y), z)));
 }
 
+#include "baked.glsl"
+
 Triangle triangle_in_world(uint instance_word, uint triangle_index) {
     Triangle t = params.scene.at[0].triangles.at[triangle_index];
     if (HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u) {
@@ -122,7 +124,8 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     s.albedo = sky ? vec3(0.0)
                    : min(srgb_to_linear(fetch(material.base, uv, material.width, material.height).rgb),
                          MAX_ALBEDO);
-    s.emission = emission_at(material, uv);
+    s.emission = HAS_BAKED_LIGHT ? baked_emission(material, uv, triangle_index, b)
+                                 : emission_at(material, uv);
     return s;
 }
 

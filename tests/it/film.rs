@@ -131,7 +131,7 @@ fn room_with_lamps() -> Arc<Scene> {
         position,
         radius: 1.0,
         intensity: Vec3::splat(power),
-        spot: None,
+        ..PointLight::default()
     };
     scene.lights = vec![
         lamp(Vec3::new(-20.0, -20.0, 15.0), 150.0),

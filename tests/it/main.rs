@@ -7,6 +7,7 @@ mod film;
 mod golden;
 mod hard;
 mod hygiene;
+mod lighting;
 mod parity;
 mod reference;
 

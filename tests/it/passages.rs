@@ -151,7 +151,7 @@ fn a_lamp_shines_through_water() {
         position: Vec3::Z * height,
         radius: 0.25,
         intensity: Vec3::splat(1e4),
-        spot: None,
+        ..PointLight::default()
     });
     let scene = b.build();
     for x in [0.5_f32, 40.0, 120.0] {

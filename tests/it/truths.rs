@@ -124,6 +124,7 @@ fn plane_under(at: Vec3, radius: f32, spot: Option<Spot>) -> Arc<Scene> {
         radius,
         intensity: Vec3::new(900.0, 600.0, 300.0),
         spot,
+        ..PointLight::default()
     });
     b.build()
 }
@@ -196,7 +197,7 @@ fn a_fence_is_there_where_its_texels_are() {
             position: lamp,
             radius: 0.01,
             intensity: Vec3::splat(1000.0),
-            spot: None,
+            ..PointLight::default()
         });
         b.build()
     };

@@ -49,14 +49,26 @@ pub fn load(
     name: &str,
     lights: LightMode,
 ) -> Result<Arc<Scene>, Box<dyn Error>> {
-    let level = Level::load(game, name, &Limits::default())?;
-    let palette = Palette::parse(&game.read("gfx/palette.lmp")?.bytes)?;
-    let files = |path: &str| game.read_optional(path).ok().flatten().map(|f| f.bytes);
     let options = ImportOptions {
         lights,
         ..ImportOptions::default()
     };
-    Ok(Arc::new(import(&level, &palette, &files, &options)?))
+    load_with(game, name, &options)
+}
+
+/// Like [`load`], with all options.
+///
+/// # Errors
+/// When it is not there, or not a level.
+pub fn load_with(
+    game: &SearchPath,
+    name: &str,
+    options: &ImportOptions,
+) -> Result<Arc<Scene>, Box<dyn Error>> {
+    let level = Level::load(game, name, &Limits::default())?;
+    let palette = Palette::parse(&game.read("gfx/palette.lmp")?.bytes)?;
+    let files = |path: &str| game.read_optional(path).ok().flatten().map(|f| f.bytes);
+    Ok(Arc::new(import(&level, &palette, &files, options)?))
 }
 
 /// The bundled level.

@@ -41,6 +41,7 @@
 mod bsdf;
 mod bvh;
 mod choice;
+pub mod compiler;
 mod emitters;
 mod film;
 mod integrator;

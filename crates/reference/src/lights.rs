@@ -3,6 +3,7 @@
 use crate::bsdf::Bsdf;
 use crate::bvh::Stack;
 use crate::choice::Choice;
+use crate::compiler::eval_compiler_light;
 use crate::rng::Rng;
 use crate::shading::{
     mis_weight, pdf_area_to_solid_angle, pdf_sphere_cone, sample_sphere_cone, spawn_origin,
@@ -12,6 +13,7 @@ use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
+use scene::light::CompilerLight;
 use scene::render::Estimator;
 
 /// A light sample at a vertex.
@@ -76,7 +78,10 @@ pub(crate) fn sample_light(
         let light = &world.scene.lights[entry - listed];
         let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
         let pdf_choice = choice.probability(entry as u32, power);
-        sample_point_light(point, light, pdf_choice, u)
+        match &light.compiler {
+            None => sample_point_light(point, light, pdf_choice, u),
+            Some(compiler) => compiler_candidate(point, light, compiler, pdf_choice),
+        }
     } else {
         sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
     };
@@ -181,6 +186,27 @@ fn sample_point_light(
         radiance: emitted / pdf_light,
         direction,
         end: End::At(point.position + direction * sphere_near_distance(distance, radius, h)),
+    })
+}
+
+/// Irradiance from a light by a compiler's formula, which was chosen with probability `pdf_choice`.
+fn compiler_candidate(
+    point: &SurfacePoint<'_>,
+    light: &PointLight,
+    compiler: &CompilerLight,
+    pdf_choice: f64,
+) -> Option<Candidate> {
+    let at = point.position;
+    let normal = point.facing_normal();
+    let sample = eval_compiler_light(light, compiler, at, normal)?;
+    Some(Candidate {
+        // The irradiance counts the cosine in its own way.
+        radiance: sample.irradiance / (normal.dot(sample.direction) * pdf_choice),
+        direction: sample.direction,
+        end: match sample.distance {
+            Some(distance) => End::At(at + sample.direction * distance),
+            None => End::Sky,
+        },
     })
 }
 

@@ -7,6 +7,7 @@ use crate::passage::{Depth, eval_passage};
 use crate::shading::{point_error, spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{PackedTriangle, Ray};
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
+use scene::baked::{BakedLight, BakedTriangle};
 use scene::cells::{self, CELL, CellNode, LightCells};
 use scene::emitter::tree::LEAF;
 use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
@@ -32,6 +33,8 @@ pub(crate) struct World {
     pub source_slots: Vec<u32>,
     /// By slot, the index into `Emitters::sources`; [`NO_EMITTER`] if it does not emit.
     sources: Vec<u32>,
+    /// By slot, the grid of baked light; empty if the scene has none.
+    baked: Vec<BakedTriangle>,
     /// `srgb_to_linear` of each byte.
     linear: [f64; 256],
 }
@@ -77,6 +80,8 @@ pub(crate) struct SurfacePoint<'a> {
     pub uv_area: f64,
     /// Its number among `Emitters::sources`, or [`NO_EMITTER`].
     pub source: u32,
+    /// Baked light; 1 if the scene has none.
+    baked: DVec3,
 }
 
 impl SurfacePoint<'_> {
@@ -109,6 +114,12 @@ impl World {
         }
         let (bvh, order) = Bvh::build(&packed);
         let infos = order.iter().map(|&i| infos[i as usize]).collect();
+        let baked = (scene.baked.as_ref()).map_or_else(Vec::new, |baked| {
+            let placed: Vec<BakedTriangle> = (scene.instances.iter())
+                .flat_map(|i| baked.meshes[i.mesh].iter().copied())
+                .collect();
+            order.iter().map(|&i| placed[i as usize]).collect()
+        });
         let mut slots = vec![0; count];
         for (slot, &index) in order.iter().enumerate() {
             slots[index as usize] = slot as u32;
@@ -126,6 +137,7 @@ impl World {
             infos,
             source_slots,
             sources,
+            baked,
             linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
             scene,
         })
@@ -218,7 +230,29 @@ impl World {
             area: (b - a).cross(c - a).length() / 2.0,
             uv_area: uv_area(&info.uv),
             source: self.sources[slot as usize],
+            baked: self.baked_light(slot, weights),
         }
+    }
+
+    /// Baked light at a point of a triangle: bilinear between the samples, constant beyond them.
+    fn baked_light(&self, slot: u32, weights: [f64; 3]) -> DVec3 {
+        let (Some(grid), Some(baked)) = (self.baked.get(slot as usize), &self.scene.baked) else {
+            return DVec3::ONE;
+        };
+        let at = interpolate_uv(&grid.uv, weights);
+        let axis = |at: f64, count: u32| {
+            let at = at.clamp(0.0, f64::from(count - 1));
+            let low = at.floor();
+            let next = (low as u32 + 1).min(count - 1);
+            (low as u32, next, at - low)
+        };
+        let ((x0, x1, fx), (y0, y1, fy)) = (axis(at.x, grid.width), axis(at.y, grid.height));
+        let sample = |x: u32, y: u32| {
+            let index = grid.first as usize + y as usize * grid.width as usize + x as usize;
+            DVec3::from(baked.samples[index].map(f64::from))
+        };
+        let row = |y| sample(x0, y).lerp(sample(x1, y), fx);
+        row(y0).lerp(row(y1), fy)
     }
 
     /// Radiance that leaves a point towards where it is seen from, but for that of suns; `direction`
@@ -238,7 +272,13 @@ impl World {
         {
             return DVec3::ZERO;
         }
-        self.decode(self.texel(id, material, point.uv)) * f64::from(material.emission_scale)
+        let texel = self.texel(id, material, point.uv);
+        let emitted = self.decode(texel) * f64::from(material.emission_scale);
+        if self.baked.is_empty() || texel[3] == 0 {
+            emitted
+        } else {
+            emitted * point.baked
+        }
     }
 
     /// Share of light that a surface reflects; none for the sky.
@@ -476,6 +516,10 @@ fn check(scene: &Scene) -> Result<(), Error> {
         "a sun is not between a point and half of the sky",
     )?;
     ensure(
+        scene.baked.as_ref().is_none_or(|b| baked_fits(scene, b)),
+        "the baked light does not fit the meshes",
+    )?;
+    ensure(
         cells_fit(scene),
         "the cells' lists of lights do not fit the scene",
     )
@@ -541,6 +585,17 @@ fn tree_is_valid(tree: &LightTree, lights: usize) -> bool {
         }
     });
     children_follow && (nodes.is_empty() || tree.trails.len() == lights)
+}
+
+/// Whether every triangle has a grid of samples that exist.
+fn baked_fits(scene: &Scene, baked: &BakedLight) -> bool {
+    let lies_in = |t: &BakedTriangle| {
+        let end = u64::from(t.first) + u64::from(t.width) * u64::from(t.height);
+        t.width > 0 && t.height > 0 && end <= baked.samples.len() as u64
+    };
+    baked.meshes.len() == scene.meshes.len()
+        && (baked.meshes.iter().zip(&scene.meshes))
+            .all(|(grids, mesh)| grids.len() == mesh.triangles.len() && grids.iter().all(lies_in))
 }
 
 /// Whether every way through the cells ends in a list of emitters that exist.

@@ -156,6 +156,18 @@ abi! {
         GLOSS_TABLE_SIDE: uint = 40;
         /// Number of a material that stands for free space.
         NO_MEDIUM: uint = 0xffff_ffff;
+        /// Falloff of a compiler light: `max(0, 1 - scale d)`.
+        FALLOFF_LINEAR: uint = 0;
+        /// Falloff: `K / (scale d)`, with K = 128.
+        FALLOFF_INVERSE: uint = 1;
+        /// Falloff: `(K / (scale d))^2`.
+        FALLOFF_INVERSE_SQUARE: uint = 2;
+        /// Falloff: `(K / (scale d + K))^2`.
+        FALLOFF_SHIFTED: uint = 3;
+        /// Falloff: none.
+        FALLOFF_CONSTANT: uint = 4;
+        /// Falloff: none, from the sky against the light's direction.
+        FALLOFF_SUN: uint = 5;
         /// Sky kinds: none, the same everywhere, two scrolling layers.
         SKY_NONE: uint = 0;
         /// See `SKY_NONE`.
@@ -229,6 +241,10 @@ abi! {
         CellEntryRef => readonly CellEntry, align "16";
         /// Numbers of emitters or sources, sums and labels of texels.
         NumberRef => readonly uint, align "4";
+        /// Grids of baked light, by triangle of all meshes.
+        BakedTriangleRef => readonly BakedTriangle, align "4";
+        /// Samples of baked light.
+        BakedSampleRef => readonly vec3, align "4";
         /// Point lights.
         LightRef => readonly Light, align "16";
         /// Suns.
@@ -423,24 +439,43 @@ abi! {
             /// The entry to take otherwise, counted within the list.
             other: uint,
         }
-        /// A point light: an invisible sphere.
+        /// Where a triangle's samples of baked light are.
+        BakedTriangle {
+            /// Index of the first sample.
+            first: uint,
+            /// Luxels across.
+            width: uint,
+            /// Luxels down.
+            height: uint,
+            /// Luxel coordinates of p0.
+            uv0: vec2,
+            /// Luxel coordinates of p1.
+            uv1: vec2,
+            /// Luxel coordinates of p2.
+            uv2: vec2,
+        }
+        /// A point light: an invisible sphere, or a compiler light.
         Light {
             /// Centre, world space.
             position: vec3,
             /// Radius.
             radius: float,
-            /// Radiant intensity.
+            /// Radiant intensity; irradiance of a compiler light.
             intensity: vec3,
             /// Probability with which the alias table chooses it.
             probability: float,
-            /// Direction of the cone.
+            /// Direction of the cone, or of a sun's light.
             direction: vec3,
             /// Cosine of half the inner cone.
             cos_inner: float,
             /// Cosine of half the outer cone; below -1 if there is no cone.
             cos_outer: float,
-            /// Unused, keeps the size a multiple of 16 bytes.
-            padding: vec3,
+            /// FALLOFF_ of a compiler light.
+            falloff: uint,
+            /// Its factor of the distance.
+            falloff_scale: float,
+            /// Its share of the cosine.
+            angle_scale: float,
         }
         /// A sun: a disc in the sky.
         Sun {
@@ -489,6 +524,10 @@ abi! {
             trails: NumberRef,
             /// Suns.
             suns: SunRef,
+            /// Grids of baked light.
+            baked: BakedTriangleRef,
+            /// Samples of baked light.
+            baked_samples: BakedSampleRef,
             /// Splits of space into cells.
             cell_nodes: CellNodeRef,
             /// Cells.

@@ -111,9 +111,13 @@ impl LightCells {
             .chain(lights.iter().map(|l| Extent {
                 min: l.position - l.radius,
                 max: l.position + l.radius,
-                power: l.weight(),
+                power: if l.is_everywhere() {
+                    luminance(l.intensity.abs().to_array())
+                } else {
+                    l.weight()
+                },
                 front: None,
-                is_distant: false,
+                is_distant: l.is_everywhere(),
             }))
             .chain(suns.iter().map(|s| Extent {
                 min: Vec3::ZERO,

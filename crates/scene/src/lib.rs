@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod baked;
 pub mod camera;
 pub mod cells;
 pub mod emitter;
@@ -24,6 +25,7 @@ pub mod mesh;
 pub mod render;
 pub mod sky;
 
+pub use baked::BakedLight;
 pub use camera::Camera;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters};
@@ -57,10 +59,12 @@ pub struct Scene {
     pub emitters: Emitters,
     /// Which lights matter where; may be empty.
     pub cells: LightCells,
-    /// Light entities as small spheres.
+    /// Light entities.
     pub lights: Vec<PointLight>,
     /// What fills space, where light passes into it.
     pub media: Media,
+    /// The level's own lightmaps, if they light it.
+    pub baked: Option<BakedLight>,
     /// What sky faces show.
     pub sky: Sky,
     /// Places to look from; never empty after an import.
@@ -98,6 +102,10 @@ pub struct Features {
     pub spotlights: bool,
     /// The sky has suns.
     pub suns: bool,
+    /// Light entities light by the light compilers' formulas.
+    pub compiler_lights: bool,
+    /// The level's own lightmaps light it.
+    pub baked_light: bool,
     /// Instances are placed elsewhere than where their mesh lies.
     pub instances: bool,
 }
@@ -142,13 +150,23 @@ impl Features {
             (
                 self.point_lights,
                 "point lights",
-                "light entities as small spheres",
+                "light entities, each chosen and looked for",
             ),
             (self.spotlights, "spotlights", "light entities with a cone"),
             (
                 self.suns,
                 "suns",
                 "discs in the sky: light sampled in their cones",
+            ),
+            (
+                self.compiler_lights,
+                "compiler lights",
+                "light entities by the light compilers' formulas instead of small spheres",
+            ),
+            (
+                self.baked_light,
+                "baked light",
+                "the level's own lightmaps instead of traced light",
             ),
             (
                 self.instances,
@@ -181,8 +199,28 @@ pub struct Report {
     pub sealed: bool,
     /// Texels of emitting textures that emit at the chosen threshold, over all textures.
     pub emissive_texels: usize,
+    /// Light entities that are left out because a bright surface beside them is the same lamp, in
+    /// order of the entities.
+    pub lamp_pairs: Vec<LampPair>,
     /// Oddities that were repaired or skipped, one sentence each.
     pub warnings: Vec<String>,
+}
+
+/// A lamp that a level has twice: as a light entity, and drawn by a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LampPair {
+    /// Number of the entity.
+    pub entity: usize,
+    /// Its class.
+    pub classname: String,
+    /// Where its light is, world space: its origin, or beside it if that lies in solid.
+    pub position: Vec3,
+    /// Texture of the nearest bright surface.
+    pub texture: String,
+    /// Number of that surface's face in the level.
+    pub face: u32,
+    /// Its distance from the light, world units.
+    pub distance: f32,
 }
 
 impl Scene {
@@ -222,6 +260,8 @@ impl Scene {
             point_lights: !self.lights.is_empty(),
             spotlights: self.lights.iter().any(|l| l.spot.is_some()),
             suns: !self.sky.suns.is_empty(),
+            compiler_lights: self.lights.iter().any(|l| l.compiler.is_some()),
+            baked_light: self.baked.is_some(),
             instances: self
                 .instances
                 .iter()

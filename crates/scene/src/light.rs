@@ -1,24 +1,44 @@
-//! Light entities as small spheres.
+//! Light entities: small spheres, or points with the falloff formulas of the light compilers.
 
 use crate::material::luminance;
 use glam::Vec3;
 
-/// A light entity: a sphere that emits evenly over its surface and can't be seen or hit.
+/// A light entity that can't be seen or hit: a sphere that emits evenly over its surface, or, with
+/// [`PointLight::compiler`], what the light compilers make of it.
 ///
 /// Renderers that find light only by hitting it (`naive`, `uniform`) do not see these lights; `nee`
-/// and `mis` sample the sphere by solid angle and give the sample the weight 1. From inside the
-/// sphere it gives no light.
+/// and `mis` sample them and give the sample the weight 1. From inside the sphere it gives no light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
     /// Centre, world space.
     pub position: Vec3,
-    /// Radius in world units, > 0.
+    /// Radius in world units, > 0. Of no meaning with [`PointLight::compiler`].
     pub radius: f32,
     /// Radiant intensity per RGB channel (power per solid angle in the unit of radiance times
-    /// squared world units): the sphere's radiance is `intensity / (pi radius^2)`.
+    /// squared world units): the sphere's radiance is `intensity / (pi radius^2)`. With
+    /// [`PointLight::compiler`] an irradiance, which may be negative. The brightness of the light's
+    /// style is in it.
     pub intensity: Vec3,
     /// A cone that limits the light, or `None` for all directions.
     pub spot: Option<Spot>,
+    /// Number of the light style whose brightness [`PointLight::intensity`] has; 0 is steady light.
+    pub style: u16,
+    /// The light compilers' formula instead of a sphere.
+    pub compiler: Option<CompilerLight>,
+}
+
+impl Default for PointLight {
+    /// A black sphere of radius 1 at the origin.
+    fn default() -> Self {
+        Self {
+            position: Vec3::ZERO,
+            radius: 1.0,
+            intensity: Vec3::ZERO,
+            spot: None,
+            style: 0,
+            compiler: None,
+        }
+    }
 }
 
 /// The cone of a spotlight: full strength inside `cos_inner`, none outside `cos_outer`, linear in
@@ -33,11 +53,81 @@ pub struct Spot {
     pub cos_outer: f32,
 }
 
+/// How a light of the light compilers lights a surface: from a point, with an irradiance of
+/// `intensity * falloff(distance) * ((1 - angle_scale) + angle_scale * cos)` where the cosine between
+/// the surface's normal and the direction to the light is above 0, and none elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompilerLight {
+    /// What distance does.
+    pub falloff: Falloff,
+    /// Share of the cosine, 0 to 1.
+    pub angle_scale: f32,
+}
+
+/// Distance at which the formulas of the compilers other than the linear one have their light's full
+/// value, world units.
+pub const COMPILER_SCALE: f32 = 128.0;
+
+/// Surfaces are never nearer to a compiler's light than this, world units.
+pub const COMPILER_NEAREST: f32 = 0.1;
+
+/// The falloff formulas of the light compilers over the distance d, with K = [`COMPILER_SCALE`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Falloff {
+    /// `max(0, 1 - d / reach)`.
+    Linear {
+        /// Distance at which nothing is left, > 0.
+        reach: f32,
+    },
+    /// `K / (scale d)`.
+    Inverse {
+        /// Factor of the distance, > 0.
+        scale: f32,
+    },
+    /// `(K / (scale d))^2`.
+    InverseSquare {
+        /// Factor of the distance, > 0.
+        scale: f32,
+    },
+    /// `(K / (scale d + K))^2`.
+    InverseSquareShifted {
+        /// Factor of the distance, > 0.
+        scale: f32,
+    },
+    /// The same at any distance.
+    Constant,
+    /// A sun: parallel light along this unit vector, on surfaces that see a sky face in the
+    /// direction it comes from.
+    Sun(Vec3),
+}
+
 impl PointLight {
-    /// Weight among the emitters: the light's power divided by pi, as luminance.
+    /// Weight among the emitters: the light's power divided by pi, as luminance. Lights whose
+    /// strength does not fall with the squared distance count as the sphere that gives as much light
+    /// halfway out, or at [`COMPILER_SCALE`].
     #[must_use]
     pub fn weight(&self) -> f32 {
+        /// Squared distance at which light that does not fall off is compared.
+        const CONSTANT: f32 = 64.0 * 64.0;
         let share = self.spot.map_or(1.0, |s| (1.0 - s.cos_outer) / 2.0);
-        4.0 * luminance(self.intensity.to_array()) * share
+        let Some(compiler) = self.compiler else {
+            return 4.0 * luminance(self.intensity.to_array()) * share;
+        };
+        let squared = COMPILER_SCALE * COMPILER_SCALE;
+        let sphere = match compiler.falloff {
+            Falloff::Linear { reach } => reach * reach / 8.0,
+            Falloff::Inverse { scale } => squared / scale,
+            Falloff::InverseSquare { scale } => squared / (scale * scale),
+            Falloff::InverseSquareShifted { scale } => squared / (4.0 * scale * scale),
+            Falloff::Constant | Falloff::Sun(_) => CONSTANT,
+        };
+        4.0 * luminance(self.intensity.abs().to_array()) * share * sphere
+    }
+
+    /// Whether its strength does not depend on the distance.
+    #[must_use]
+    pub fn is_everywhere(&self) -> bool {
+        self.compiler
+            .is_some_and(|c| matches!(c.falloff, Falloff::Constant | Falloff::Sun(_)))
     }
 }

@@ -123,7 +123,7 @@ fn small_sphere() -> Case {
                 position: AT,
                 radius: 0.4,
                 intensity: Vec3::splat(SPHERE),
-                spot: None,
+                ..PointLight::default()
             });
             b.build()
         },

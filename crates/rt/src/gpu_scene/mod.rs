@@ -9,6 +9,7 @@ use crate::vk::{
 };
 use bytemuck::Zeroable;
 use glam::{Affine3A, Vec3};
+use scene::light::Falloff;
 use scene::material::{Material, Surface};
 use scene::mesh::{Mesh, Triangle};
 use scene::sky::SkyKind;
@@ -155,6 +156,15 @@ impl GpuScene {
             false => &[],
         };
         let gloss_table = staging.add(device, "gloss table", Usage::STORAGE_BUFFER, table)?;
+        let baked = staging.add(
+            device,
+            "baked light",
+            Usage::STORAGE_BUFFER,
+            &baked_triangles(scene),
+        )?;
+        let no_samples = Vec::new();
+        let samples = (scene.baked.as_ref()).map_or(&no_samples, |b| &b.samples);
+        let baked_samples = staging.add(device, "baked samples", Usage::STORAGE_BUFFER, samples)?;
         let cell_nodes = staging.add(device, "cell nodes", Usage::STORAGE_BUFFER, &cell_nodes)?;
         let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
         let cell_entries =
@@ -194,6 +204,8 @@ impl GpuScene {
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
             suns: sun_buffer.address(),
+            baked: baked.address(),
+            baked_samples: baked_samples.address(),
             cell_nodes: cell_nodes.address(),
             cells: cells.address(),
             cell_entries: cell_entries.address(),
@@ -273,6 +285,8 @@ impl GpuScene {
                 alias_buffer,
                 light_buffer,
                 sun_buffer,
+                baked,
+                baked_samples,
                 materials,
                 finishes,
                 gloss_table,
@@ -465,10 +479,22 @@ fn finish(f: &scene::Finish) -> abi::Finish {
 }
 
 fn light(l: &scene::PointLight, inv_total_weight: f32) -> abi::Light {
-    let (direction, cos_inner, cos_outer) = match l.spot {
+    let (mut direction, cos_inner, cos_outer) = match l.spot {
         Some(spot) => (spot.direction, spot.cos_inner, spot.cos_outer),
         None => (Vec3::Z, -2.0, -2.0),
     };
+    let (falloff, falloff_scale) = match l.compiler.map(|c| c.falloff) {
+        Some(Falloff::Linear { reach }) => (abi::FALLOFF_LINEAR, 1.0 / reach),
+        Some(Falloff::Inverse { scale }) => (abi::FALLOFF_INVERSE, scale),
+        Some(Falloff::InverseSquare { scale }) => (abi::FALLOFF_INVERSE_SQUARE, scale),
+        Some(Falloff::InverseSquareShifted { scale }) => (abi::FALLOFF_SHIFTED, scale),
+        Some(Falloff::Sun(along)) => {
+            direction = along;
+            (abi::FALLOFF_SUN, 0.0)
+        }
+        Some(Falloff::Constant) | None => (abi::FALLOFF_CONSTANT, 0.0),
+    };
+    let angle_scale = l.compiler.map_or(1.0, |c| c.angle_scale);
     abi::Light {
         position: l.position.to_array(),
         radius: l.radius,
@@ -477,8 +503,36 @@ fn light(l: &scene::PointLight, inv_total_weight: f32) -> abi::Light {
         direction: direction.to_array(),
         cos_inner,
         cos_outer,
-        padding: [0.0; 3],
+        falloff,
+        falloff_scale,
+        angle_scale,
     }
+}
+
+/// The grids of baked light in the order of the flat triangles, corners as [`wound`] has them.
+fn baked_triangles(scene: &Scene) -> Vec<abi::BakedTriangle> {
+    let Some(baked) = &scene.baked else {
+        return Vec::new();
+    };
+    (scene.meshes.iter().zip(&baked.meshes))
+        .flat_map(|(mesh, grids)| {
+            mesh.triangles
+                .iter()
+                .zip(grids)
+                .map(move |(t, grid)| (mesh, t, grid))
+        })
+        .map(|(mesh, t, grid)| {
+            let [uv0, uv1, uv2] = wound(mesh, &Triangle { uv: grid.uv, ..*t }).uv;
+            abi::BakedTriangle {
+                first: grid.first,
+                width: grid.width,
+                height: grid.height,
+                uv0,
+                uv1,
+                uv2,
+            }
+        })
+        .collect()
 }
 
 /// Copies from host to device memory, collected into one submission.

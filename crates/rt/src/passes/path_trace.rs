@@ -92,6 +92,8 @@ impl PathTrace {
             u32::from(features.suns),
             u32::from(features.gloss),
             u32::from(features.normal_maps),
+            u32::from(features.compiler_lights),
+            u32::from(features.baked_light),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

@@ -273,6 +273,7 @@ mod tests {
             radius: 1.0,
             intensity: Vec3::splat(random(4) + 0.01),
             spot: None,
+            ..PointLight::default()
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::cells::{CELL, CellNode, LightCells};
 use crate::emitter::Emitters;
-use crate::light::PointLight;
+use crate::light::{Falloff, PointLight};
 use crate::sky::Sun;
 use bsp::Bsp;
 use bsp::bsp::{NodeChild, contents};
@@ -36,7 +36,11 @@ pub fn light_cells(
                 around.flat_map(|p| [p + normal, p - normal].into_iter().take(sides)),
             )
         })
-        .chain(lights.iter().map(|l| leafs_at(bsp, [l.position])))
+        .chain(lights.iter().map(|l| match l.compiler {
+            // A sun has no place.
+            Some(c) if matches!(c.falloff, Falloff::Sun(_)) => Vec::new(),
+            _ => leafs_at(bsp, [l.position]),
+        }))
         .collect();
     let bounds: Vec<[Vec3; 2]> = (bsp.leafs.iter())
         .map(|leaf| [Vec3::from(leaf.mins), Vec3::from(leaf.maxs)])

@@ -1,8 +1,8 @@
 //! Which light entities stand for lamps that are drawn, too.
 
 use super::LightMode;
+use super::lights::EntityLight;
 use crate::emitter::Emitter;
-use crate::light::PointLight;
 use crate::mesh::distance_to_triangle;
 use glam::Vec3;
 
@@ -16,45 +16,63 @@ pub const LAMP_SHARE: f32 = 1.0 / 16.0;
 /// stay.
 const MAX_PAIRS: usize = 1 << 28;
 
-/// The lights that shine in `mode`, and how many were left out in favour of a surface. `is_lamp`
+/// A light entity that is left out in favour of bright surfaces beside it.
+pub struct Twice {
+    /// The light.
+    pub light: EntityLight,
+    /// Number of the nearest of those surfaces among the emitters.
+    pub emitter: usize,
+    /// Its distance, world units.
+    pub distance: f32,
+}
+
+/// The lights that shine in `mode`, and those that are left out in favour of a surface. `is_lamp`
 /// says of an emitter whether an entity can stand for it.
 pub fn choose_lights(
-    lights: Vec<PointLight>,
+    lights: Vec<EntityLight>,
     mode: LightMode,
     emitters: &[Emitter],
     is_lamp: impl Fn(&Emitter) -> bool,
-) -> (Vec<PointLight>, usize) {
+) -> (Vec<EntityLight>, Vec<Twice>) {
     match mode {
-        LightMode::Textures => (Vec::new(), 0),
-        LightMode::Entities | LightMode::All => (lights, 0),
-        LightMode::Auto => {
-            let lamps: Vec<&Emitter> = emitters.iter().filter(|e| is_lamp(e)).collect();
-            if lamps.len().saturating_mul(lights.len()) > MAX_PAIRS {
-                return (lights, 0);
+        LightMode::Textures => return (Vec::new(), Vec::new()),
+        LightMode::Entities | LightMode::All => return (lights, Vec::new()),
+        LightMode::Auto => {}
+    }
+    let lamps: Vec<(usize, &Emitter)> = (emitters.iter().enumerate())
+        .filter(|(_, t)| is_lamp(t))
+        .collect();
+    if lamps.len().saturating_mul(lights.len()) > MAX_PAIRS {
+        return (lights, Vec::new());
+    }
+    let (mut kept, mut twice) = (Vec::new(), Vec::new());
+    for light in lights {
+        let beside: Vec<(usize, f32)> = (lamps.iter())
+            .filter_map(|&(i, t)| Some((i, near(t, light.light.position)?)))
+            .collect();
+        let power: f32 = beside.iter().map(|&(i, _)| emitters[i].weight).sum();
+        let nearest = beside.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        match nearest {
+            Some((emitter, distance)) if power >= LAMP_SHARE * light.light.weight() => {
+                twice.push(Twice {
+                    light,
+                    emitter,
+                    distance,
+                });
             }
-            let before = lights.len();
-            let kept: Vec<PointLight> = lights
-                .into_iter()
-                .filter(|light| {
-                    let beside: f32 = lamps
-                        .iter()
-                        .filter(|t| is_near(t, light.position))
-                        .map(|t| t.weight)
-                        .sum();
-                    beside < LAMP_SHARE * light.weight()
-                })
-                .collect();
-            let left_out = before - kept.len();
-            (kept, left_out)
+            _ => kept.push(light),
         }
     }
+    (kept, twice)
 }
 
-fn is_near(e: &Emitter, p: Vec3) -> bool {
+/// Distance of a point to an emitter, if it is within [`LAMP_REACH`].
+fn near(e: &Emitter, p: Vec3) -> Option<f32> {
     let [min, max] = e.bounds();
+    if !(p.cmpge(min - LAMP_REACH).all() && p.cmple(max + LAMP_REACH).all()) {
+        return None;
+    }
     let [a, b, c, d] = e.corners.map(|q| q.as_dvec3() - p.as_dvec3());
-    p.cmpge(min - LAMP_REACH).all()
-        && p.cmple(max + LAMP_REACH).all()
-        && distance_to_triangle([a, b, c]).min(distance_to_triangle([a, c, d]))
-            <= f64::from(LAMP_REACH)
+    let distance = distance_to_triangle([a, b, c]).min(distance_to_triangle([a, c, d]));
+    (distance <= f64::from(LAMP_REACH)).then_some(distance as f32)
 }

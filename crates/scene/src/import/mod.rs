@@ -10,6 +10,7 @@
 //! - Liquid surfaces come in pairs that look both ways; one two-sided surface of each pair is kept.
 //! - Nothing is left out because it can't be seen from somewhere.
 
+mod baked;
 mod cameras;
 mod cells;
 mod emitters;
@@ -34,7 +35,10 @@ pub mod weld;
 mod world;
 
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
-pub use lights::LIGHT_RADIUS;
+pub use lights::{
+    CompilerLights, IRRADIANCE_PER_VALUE, LIGHT_RADIUS, LeastLight, MIN_LIGHT_RADIUS, SUN_SAMPLES,
+    WorldKeys, color_of, least_color,
+};
 pub use sky::{MAX_SKY_SCALE, SKY_SCALE};
 pub use suns::{DOME_RADIANCE, SUN_RADIUS_DEG};
 pub use surfaces::{LAVA_GLOW, SLIME_GLOW, TELEPORTER_GLOW};
@@ -63,6 +67,53 @@ pub enum LightMode {
     All,
 }
 
+/// What lights a level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Lighting {
+    /// Light that obeys physics: what emits, the sky, light entities as small spheres.
+    #[default]
+    Physical,
+    /// Light entities and suns by the formulas of the light compilers, and nothing else: meant for
+    /// direct light. Fullbright texels and unlit liquids show as in Quake.
+    Compiler,
+    /// The level's own lightmaps: every surface emits its texture times [`crate::BakedLight`].
+    Lightmap,
+    /// No light: every surface emits its texture.
+    Fullbright,
+}
+
+impl Lighting {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Physical,
+        Self::Compiler,
+        Self::Lightmap,
+        Self::Fullbright,
+    ];
+
+    /// The name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Physical => "physical",
+            Self::Compiler => "compiler",
+            Self::Lightmap => "lightmap",
+            Self::Fullbright => "fullbright",
+        }
+    }
+
+    /// The deepest path vertex that means something: 2 for direct light alone, 1 for what surfaces
+    /// show by themselves, `None` without limit.
+    #[must_use]
+    pub fn max_depth(self) -> Option<u32> {
+        match self {
+            Self::Physical => None,
+            Self::Compiler => Some(2),
+            Self::Lightmap | Self::Fullbright => Some(1),
+        }
+    }
+}
+
 /// How to read a level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportOptions {
@@ -73,7 +124,9 @@ pub struct ImportOptions {
     /// Radiance of a white fullbright texel. 1 shows it as in Quake; about 2 to 8 lights a room
     /// like a lamp would.
     pub emission_scale: f32,
-    /// Which lamps shine.
+    /// What lights the level.
+    pub lighting: Lighting,
+    /// Which lamps shine in [`Lighting::Physical`].
     pub lights: LightMode,
     /// Whether lists of lights by leaf are made ([`Scene::cells`]): a tenth of a second in large
     /// levels, and wanted only by `Selection::Leaf`.
@@ -94,6 +147,7 @@ impl Default for ImportOptions {
             time: 0.0,
             threshold: 0.5,
             emission_scale: 4.0,
+            lighting: Lighting::Physical,
             lights: LightMode::Auto,
             light_lists: true,
             show_episode_gates: false,
@@ -111,6 +165,16 @@ pub enum ImportError {
     /// Every face is a tool's, invisible, or without area.
     #[error("{0}: the level has no face that can be drawn")]
     NothingToDraw(String),
+}
+
+/// What the light compilers light a level with, at whatever time; `sun_samples` is [`SUN_SAMPLES`]
+/// unless the compiler was told otherwise. Also remarks on what of it is odd.
+#[must_use]
+pub fn compiler_lights(level: &Level, sun_samples: u32) -> (CompilerLights, Vec<String>) {
+    let mut notes = notes::Notes::default();
+    let is_shallow = trees::are_shallow(&level.bsp);
+    let lights = lights::compiler_lights(level, is_shallow, sun_samples, &mut notes);
+    (lights, notes.into_sentences())
 }
 
 /// Files beside a level: from a game path such as `maps/b_bh25.bsp` to bytes, `None` if there is no

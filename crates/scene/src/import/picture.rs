@@ -82,8 +82,29 @@ impl<'a> Indexed<'a> {
         texture
     }
 
+    /// The base colour, black where `is_black` says so of an index. Holes stay.
+    pub fn base_without(&self, is_black: impl Fn(u8) -> bool) -> Texture {
+        let name = format!("{} without what shines", self.miptex.name);
+        self.picture(name, |i| {
+            let [r, g, b] = self.palette.rgb(i);
+            match (self.is_hole(i), is_black(i)) {
+                (true, _) => [0; 4],
+                (_, true) => [0, 0, 0, 255],
+                _ => [r, g, b, 255],
+            }
+        })
+    }
+
+    /// The base colour with alpha 0 where light changes nothing.
+    pub fn base_without_fullbright_alpha(&self) -> Texture {
+        self.picture(format!("{} as shown", self.miptex.name), |i| {
+            let [r, g, b] = self.palette.rgb(i);
+            [r, g, b, if self.emits(i, 0.0) { 0 } else { 255 }]
+        })
+    }
+
     /// Which indices emit: those that ignore lighting and are at least as bright as `threshold`.
-    fn emits(&self, index: u8, threshold: f32) -> bool {
+    pub fn emits(&self, index: u8, threshold: f32) -> bool {
         let name = self.miptex.name.as_bytes();
         let fullbright = match (self.miptex.palette.is_some(), name) {
             // Textures with colours of their own say it in their name.

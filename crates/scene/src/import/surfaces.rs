@@ -5,7 +5,7 @@ use super::notes::Notes;
 use super::picture::{self, Indexed};
 use super::sky;
 use super::translucent::{self, LiquidAlphas};
-use super::{ImportOptions, LightMode};
+use super::{ImportOptions, LightMode, Lighting};
 use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 use crate::sky::Sky;
 use bsp::Bsp;
@@ -95,12 +95,17 @@ pub struct Look {
     pub alternate: bool,
     /// Coverage, 1 opaque, for all its surfaces; without it, the level's for its liquids.
     pub alpha: Option<f32>,
+    /// The face has no lightmap, where that makes a difference.
+    pub unlit: bool,
 }
+
+/// What tells a [`Look`] from others.
+pub type LookKey = (bool, Option<u32>, bool);
 
 impl Look {
     /// What tells looks apart.
-    pub fn key(self) -> (bool, Option<u32>) {
-        (self.alternate, self.alpha.map(f32::to_bits))
+    pub fn key(self) -> LookKey {
+        (self.alternate, self.alpha.map(f32::to_bits), self.unlit)
     }
 }
 
@@ -109,7 +114,7 @@ pub struct Surfaces<'a> {
     bsp: &'a Bsp,
     palette: &'a Palette,
     animation: &'a Animation,
-    known: HashMap<(Option<usize>, (bool, Option<u32>)), FaceSurface>,
+    known: HashMap<(Option<usize>, LookKey), FaceSurface>,
 }
 
 impl<'a> Surfaces<'a> {
@@ -156,7 +161,7 @@ impl<'a> Surfaces<'a> {
         });
         let (Some(named), Some(shown)) = (index.and_then(texture_at), shown.and_then(texture_at))
         else {
-            return missing("no texture", NameKind::Plain, set, notes);
+            return missing("no texture", NameKind::Plain, set, options, notes);
         };
         let kind = NameKind::of(&named.name);
         if kind == NameKind::Tool {
@@ -172,7 +177,7 @@ impl<'a> Surfaces<'a> {
             if kind == NameKind::Sky {
                 return sky::surface(None, &named.name, set, notes);
             }
-            return missing(&shown.name, kind, set, notes);
+            return missing(&shown.name, kind, set, options, notes);
         }
         let indexed = Indexed::new(shown, self.palette, kind == NameKind::Fence);
         if kind == NameKind::Sky {
@@ -202,8 +207,12 @@ impl<'a> Surfaces<'a> {
             warped: kind.is_liquid(),
             finish,
         };
-        if options.lights != LightMode::Entities {
-            emit(&mut material, &indexed, kind, set, options);
+        match options.lighting {
+            Lighting::Physical if options.lights != LightMode::Entities => {
+                emit(&mut material, &indexed, kind, set, options);
+            }
+            Lighting::Physical => {}
+            lighting => show(&mut material, &indexed, look.unlit, set, lighting),
         }
         let lamp = material.emission_weight > 0.0 && kind != NameKind::Slime;
         // Coordinates count texels of the picture that the face names, even while another frame
@@ -226,18 +235,26 @@ impl<'a> Surfaces<'a> {
     }
 }
 
-fn missing(name: &str, kind: NameKind, set: &mut MaterialSet, notes: &mut Notes) -> FaceSurface {
+fn missing(
+    name: &str,
+    kind: NameKind,
+    set: &mut MaterialSet,
+    options: &ImportOptions,
+    notes: &mut Notes,
+) -> FaceSurface {
     notes.add("missing textures", || {
         format!("texture {name:?} has no pixels here: a checkerboard stands in")
     });
     let picture = picture::checkerboard(name);
     let size = [picture.width, picture.height];
+    let base = set.add_texture(picture);
+    let shows = matches!(options.lighting, Lighting::Lightmap | Lighting::Fullbright);
     let material = Material {
         name: name.to_owned(),
         surface: Surface::Diffuse,
-        base: set.add_texture(picture),
-        emission: None,
-        emission_scale: 0.0,
+        base,
+        emission: shows.then_some(base),
+        emission_scale: 1.0,
         emission_weight: 0.0,
         alpha_tested: false,
         two_sided: kind.is_liquid(),
@@ -283,5 +300,40 @@ fn emit(
     if weight > 0.0 {
         material.emission_weight = weight;
         material.emission = Some(emission);
+    }
+}
+
+/// Shows a surface as Quake does: what is not lit emits its texture as it is stored. No light
+/// comes from it.
+fn show(
+    material: &mut Material,
+    indexed: &Indexed<'_>,
+    unlit: bool,
+    set: &mut MaterialSet,
+    lighting: Lighting,
+) {
+    // Engines blend, and know no mirror.
+    material.finish = Finish {
+        alpha: material.finish.alpha,
+        ior: 1.0,
+        ..Finish::default()
+    };
+    material.emission_scale = material.finish.alpha;
+    match lighting {
+        Lighting::Fullbright => material.emission = Some(material.base),
+        Lighting::Lightmap => {
+            let unlit = set.add_texture(indexed.base_without_fullbright_alpha());
+            material.emission = Some(unlit);
+        }
+        _ if unlit => {
+            material.emission = Some(material.base);
+            material.base = set.add_texture(indexed.base_without(|_| true));
+        }
+        _ => {
+            if let Some((picture, _)) = indexed.emission(0.0) {
+                material.emission = Some(set.add_texture(picture));
+                material.base = set.add_texture(indexed.base_without(|i| indexed.emits(i, 0.0)));
+            }
+        }
     }
 }

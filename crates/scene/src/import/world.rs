@@ -1,18 +1,24 @@
 //! Puts a scene together: meshes, instances, lights, cameras, report.
 
+use super::baked::Baked;
+use super::emitters::Twice;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
+use super::lights::EntityLight;
 use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
+use super::suns::SkyLight;
 use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
-use super::{Files, ImportError, ImportOptions, LightMode};
+use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
 use super::{cameras, cells, emitters, items, lights, poses, seal, suns, trees};
-use crate::emitter::Emitters;
+use crate::emitter::{Emitter, Emitters};
+use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
 use crate::sky::{Sun, sky_triangles, weighed_suns};
-use crate::{LightCells, Media, Report, Scene};
+use crate::{LampPair, LightCells, Media, Report, Scene};
+use bsp::bsp::LightSamples;
 use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -52,6 +58,10 @@ pub struct World<'a> {
     shallow: bool,
     /// Triangles placed by instances so far.
     placed: usize,
+    /// The lightmaps, if they light the scene.
+    baked: Option<Baked>,
+    /// For each mesh the number of its file among the lightmaps.
+    files_of_meshes: Vec<usize>,
 }
 
 impl<'a> World<'a> {
@@ -63,7 +73,11 @@ impl<'a> World<'a> {
         options: &'a ImportOptions,
     ) -> Self {
         let mut notes = Notes::default();
-        let sky_light = suns::sky_light(&level.entities, &mut notes);
+        let sky_light = match options.lighting {
+            Lighting::Physical => suns::sky_light(&level.entities, &mut notes),
+            // The sky shows as in Quake, and compilers' suns are not seen.
+            _ => SkyLight::default(),
+        };
         Self {
             level,
             palette,
@@ -77,6 +91,8 @@ impl<'a> World<'a> {
             instances: Vec::new(),
             shallow: trees::are_shallow(&level.bsp),
             placed: 0,
+            baked: (options.lighting == Lighting::Lightmap).then(Baked::new),
+            files_of_meshes: Vec::new(),
         }
     }
 
@@ -87,7 +103,8 @@ impl<'a> World<'a> {
         let world = self.model_mesh(&mut surfaces, bsp, 0, Look::default());
         self.report.open_edges = world.open_edges.len();
         self.seal(&world);
-        self.meshes.push(mesh("world", world));
+        let file = self.lightmaps(bsp, &self.level.light);
+        self.add_mesh("world", world, file);
         self.instances.push(Instance {
             mesh: 0,
             transform: Affine3A::IDENTITY,
@@ -114,7 +131,11 @@ impl<'a> World<'a> {
         for (index, face) in bsp.drawable_faces(model) {
             let surface = surfaces.get(
                 bsp.face_texture(face),
-                look,
+                Look {
+                    unlit: self.options.lighting == Lighting::Compiler
+                        && bsp.face_texinfo(face).is_none_or(Texinfo::is_special),
+                    ..look
+                },
                 &mut self.set,
                 self.options,
                 &mut self.notes,
@@ -187,6 +208,7 @@ impl<'a> World<'a> {
             let look = Look {
                 alternate: pose.alternate,
                 alpha: pose.alpha,
+                ..Look::default()
             };
             // A second entity of the same model is an instance, so that a few bytes of entity text
             // can't make many triangles.
@@ -203,10 +225,8 @@ impl<'a> World<'a> {
                 Some(&index) => index,
                 None => {
                     let part = self.model_mesh(surfaces, bsp, pose.model, look);
-                    let index = (!part.triangles.is_empty()).then(|| {
-                        self.meshes.push(mesh(&format!("*{}", pose.model), part));
-                        self.meshes.len() - 1
-                    });
+                    let index = (!part.triangles.is_empty())
+                        .then(|| self.add_mesh(&format!("*{}", pose.model), part, 0));
                     known.insert(key, index);
                     index
                 }
@@ -281,13 +301,40 @@ impl<'a> World<'a> {
             });
         }
         let part = self.model_mesh(&mut surfaces, &bsp, 0, Look::default());
+        let number = self.lightmaps(&bsp, &bsp.own_light_samples());
         (!part.triangles.is_empty()).then(|| {
-            self.meshes.push(mesh(file, part));
-            (
-                self.meshes.len() - 1,
-                growth(bounds(&bsp, 0), ENTITY_GROWTH),
-            )
+            let mesh = self.add_mesh(file, part, number);
+            (mesh, growth(bounds(&bsp, 0), ENTITY_GROWTH))
         })
+    }
+
+    /// Adds a mesh out of the file with this number among the lightmaps.
+    fn add_mesh(&mut self, name: &str, part: ModelMesh, file: usize) -> usize {
+        self.meshes.push(mesh(name, part));
+        self.files_of_meshes.push(file);
+        self.meshes.len() - 1
+    }
+
+    /// Adds a file's lightmaps, if lightmaps are wanted.
+    fn lightmaps(&mut self, bsp: &Bsp, samples: &LightSamples) -> usize {
+        let (options, styles) = (self.options, &self.level.styles);
+        let time = f64::from(options.time);
+        let notes = &mut self.notes;
+        (self.baked.as_mut()).map_or(0, |b| {
+            b.add(bsp, samples, styles, time, &options.limits, notes)
+        })
+    }
+
+    /// The light entities that shine, with their entities.
+    fn entity_lights(&mut self) -> Vec<EntityLight> {
+        let (level, shallow, notes) = (self.level, self.shallow, &mut self.notes);
+        let time = f64::from(self.options.time);
+        match (self.options.lighting, self.options.lights) {
+            (Lighting::Lightmap | Lighting::Fullbright, _) => Vec::new(),
+            (Lighting::Compiler, _) => lights::compiler_lights_at(level, shallow, time, notes),
+            (Lighting::Physical, LightMode::Textures) => Vec::new(),
+            (Lighting::Physical, _) => lights::spheres(level, shallow, time, notes),
+        }
     }
 
     fn finish(mut self) -> Result<Scene, ImportError> {
@@ -303,28 +350,24 @@ impl<'a> World<'a> {
             textures,
             ..
         } = &self.set;
-        let emitters = Emitters::new(&self.meshes, &self.instances, materials, textures);
-        let lights = match self.options.lights {
-            LightMode::Textures => Vec::new(),
-            _ => lights::lights(
-                self.level,
-                self.shallow,
-                f64::from(self.options.time),
-                &mut self.notes,
-            ),
+        let emitters = match self.options.lighting {
+            Lighting::Physical => Emitters::new(&self.meshes, &self.instances, materials, textures),
+            // What emits is seen, and lights nothing.
+            _ => Emitters::default(),
         };
+        let lights = self.entity_lights();
         let (lights, twice) =
             emitters::choose_lights(lights, self.options.lights, &emitters.list, |e| {
                 self.set.lamps[e.material.0 as usize]
             });
-        if twice > 0 {
-            self.notes.add("lamps twice", || {
-                let (lights, are) = match twice {
-                    1 => ("light entity", "stands"),
-                    _ => ("light entities", "stand"),
-                };
-                format!("{twice} {lights} {are} for bright surfaces beside them: left out")
-            });
+        self.tell_of_lamps_twice(&twice, &emitters);
+        let mut lights: Vec<PointLight> = lights.into_iter().map(|l| l.light).collect();
+        if self.options.lighting == Lighting::Physical {
+            lights::shrink(
+                lights.iter_mut(),
+                &placed_corners(&self.meshes, &self.instances),
+            );
+            self.remark_what_is_not_modelled();
         }
         let sky = sky_triangles(&self.meshes, &self.instances, |material| {
             self.set.materials[material.0 as usize].surface == Surface::Sky
@@ -333,9 +376,12 @@ impl<'a> World<'a> {
             LightMode::Textures => Vec::new(),
             _ => weighed_suns(std::mem::take(&mut self.suns), &sky),
         };
-        self.remark_what_is_not_modelled();
+        let is_lit = matches!(
+            self.options.lighting,
+            Lighting::Physical | Lighting::Compiler
+        );
         let suns = &self.set.sky.suns;
-        if emitters.list.is_empty() && lights.is_empty() && suns.is_empty() {
+        if is_lit && emitters.list.is_empty() && lights.is_empty() && suns.is_empty() {
             self.notes.add("dark", || {
                 "nothing shines: pictures of the level are black".to_owned()
             });
@@ -369,6 +415,7 @@ impl<'a> World<'a> {
             cells,
             lights,
             media,
+            baked: (self.baked).map(|b| b.light(self.meshes.iter().zip(self.files_of_meshes))),
             meshes: self.meshes,
             instances: self.instances,
             materials: self.set.materials,
@@ -379,6 +426,36 @@ impl<'a> World<'a> {
             ..Scene::default()
         }
         .completed())
+    }
+
+    /// Reports the lamps that are there as a surface and as a light entity.
+    fn tell_of_lamps_twice(&mut self, twice: &[Twice], emitters: &Emitters) {
+        for pair in twice {
+            let emitter: &Emitter = &emitters.list[pair.emitter];
+            let source = &emitters.sources[emitter.first_source as usize];
+            let mesh = &self.meshes[self.instances[source.instance as usize].mesh];
+            let triangle = &mesh.triangles[source.triangle as usize];
+            self.report.lamp_pairs.push(LampPair {
+                entity: pair.light.entity,
+                classname: pair.light.classname.clone(),
+                position: pair.light.light.position,
+                texture: self.set.materials[triangle.material.0 as usize]
+                    .name
+                    .clone(),
+                face: triangle.face,
+                distance: pair.distance,
+            });
+        }
+        if !twice.is_empty() {
+            self.notes.add("lamps twice", || {
+                let (lights, are) = match twice.len() {
+                    1 => ("light entity", "stands"),
+                    _ => ("light entities", "stand"),
+                };
+                let count = twice.len();
+                format!("{count} {lights} {are} for bright surfaces beside them: left out")
+            });
+        }
     }
 
     /// Says what the level asks for and the scene does not have.
@@ -424,6 +501,21 @@ impl<'a> World<'a> {
             });
         }
     }
+}
+
+/// Corners of all triangles as they are placed, world space.
+fn placed_corners(meshes: &[Mesh], instances: &[Instance]) -> Vec<[Vec3; 3]> {
+    (instances.iter())
+        .flat_map(|instance| {
+            let mesh = &meshes[instance.mesh];
+            let place = |v: u32| {
+                instance
+                    .transform
+                    .transform_point3(mesh.positions[v as usize])
+            };
+            (mesh.triangles.iter()).map(move |t| t.vertices.map(place))
+        })
+        .collect()
 }
 
 /// Bounds of a brush model as the file has them, or of its faces where the file's do not hold them.

@@ -2,7 +2,8 @@
 
 use crate::common::{room, scene_of};
 use glam::Vec3;
-use scene::import::{ImportOptions, LightMode};
+use scene::import::{ImportOptions, LightMode, Lighting};
+use scene::light::{Falloff, PointLight};
 use std::f32::consts::PI;
 
 fn options(lights: LightMode) -> ImportOptions {
@@ -148,4 +149,142 @@ fn dark_fullbright_texels_do_not_emit_and_the_threshold_decides() {
     assert_eq!(texels(0.5), 64 * 64);
     assert_eq!(texels(0.01), 2 * 64 * 64);
     assert_eq!(texels(1.01), 0);
+}
+
+#[test]
+fn templates_stand_on_all_faces_with_their_texture() {
+    let mut map = room();
+    // A panel of 192 x 64 units whose top is cut in two.
+    map.brush_box([64.0, 64.0, 0.0], [256.0, 128.0, 16.0], "dimlamp");
+    let template = [
+        ("origin", "200 200 200"),
+        ("_surface", "DIMLAMP"),
+        ("_surface_spotlight", "1"),
+        ("light", "200"),
+        ("delay", "2"),
+        ("_color", "1 0.5 0"),
+    ];
+    map.entity("light", &template);
+    let scene = scene_of(&map, &options(LightMode::Entities));
+    let up: Vec<_> = (scene.lights.iter())
+        .filter(|l| l.spot.is_some_and(|s| s.direction.z > 0.9))
+        .collect();
+    let mut places: Vec<Vec3> = up.iter().map(|l| l.position).collect();
+    places.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let expected = [96.0, 192.0].map(|x| Vec3::new(x, 96.0, 18.0));
+    assert_eq!(places, expected);
+    // 2 units above its face: a larger sphere would stick in it.
+    assert!(up.iter().all(|l| l.radius == 2.0));
+    assert!(
+        up.iter()
+            .all(|l| l.intensity.z == 0.0 && l.intensity.x > l.intensity.y)
+    );
+    assert_eq!(
+        scene.lights.len(),
+        2 + 2 + 2 + 2,
+        "top, long sides, short sides"
+    );
+}
+
+#[test]
+fn strength_distance_and_scatter_follow_their_keys() {
+    let mut map = room();
+    map.world_key("_range", "1");
+    map.world_key("_dist", "2");
+    for keys in [
+        &[("light", "100"), ("delay", "2")][..],
+        &[("_light", "100"), ("delay", "2"), ("wait", "0.5")],
+        &[("light", "100"), ("delay", "2"), ("_deviance", "20")],
+        &[("light", "255 0 0 100"), ("delay", "2")],
+        &[("light", "100"), ("_falloff", "400")],
+        &[("light", "0")],
+    ] {
+        let mut all = vec![("origin", "256 256 128")];
+        all.extend_from_slice(keys);
+        map.entity("light", &all);
+    }
+    let scene = scene_of(&map, &options(LightMode::Entities));
+    let unit = 64.0 * PI * 100.0 * STEADY;
+    let near = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-5;
+    let [plain, closer, wide, red, falling] = &scene.lights[..] else {
+        panic!("{:?}", scene.lights);
+    };
+    assert!(near(plain.intensity.x, 2.0 * unit / 4.0));
+    assert!(near(closer.intensity.x, 2.0 * unit));
+    assert!(near(wide.intensity.x, plain.intensity.x));
+    assert_eq!((plain.radius, wide.radius), (4.0, 20.0));
+    assert!(near(red.intensity.x, plain.intensity.x) && red.intensity.y == 0.0);
+    // Halfway out, at 200 units, half of 100 is left.
+    let irradiance = falling.intensity.x / (200.0 * 200.0);
+    assert!(near(irradiance, PI / 128.0 * 50.0 * STEADY));
+}
+
+#[test]
+fn a_lamp_that_is_left_out_is_told_with_its_surface() {
+    let mut map = room();
+    map.brush_box([0.0, 224.0, 128.0], [16.0, 288.0, 192.0], "lamp");
+    map.entity(
+        "light_fluoro",
+        &[("origin", "32 256 160"), ("light", "150")],
+    );
+    let scene = scene_of(&map, &options(LightMode::Auto));
+    let [pair] = &scene.report.lamp_pairs[..] else {
+        panic!("{:?}", scene.report.lamp_pairs);
+    };
+    assert_eq!(
+        (pair.classname.as_str(), pair.texture.as_str()),
+        ("light_fluoro", "lamp")
+    );
+    assert_eq!(pair.position, Vec3::new(32.0, 256.0, 160.0));
+    assert!((pair.distance - 16.0).abs() < 0.1, "{}", pair.distance);
+}
+
+#[test]
+fn compiler_light_is_all_that_adds_up() {
+    let mut map = room();
+    map.world_key("_sunlight", "100");
+    map.world_key("_sun_mangle", "0 -90 0");
+    map.world_key("_sunlight2", "50");
+    map.entity(
+        "light",
+        &[("origin", "128 128 128"), ("delay", "3"), ("light", "-20")],
+    );
+    map.entity("light", &[("origin", "128 128 128"), ("delay", "4")]);
+    map.entity(
+        "light",
+        &[
+            ("origin", "128 128 128"),
+            ("_deviance", "8"),
+            ("delay", "2"),
+        ],
+    );
+    let compiler = ImportOptions {
+        lighting: Lighting::Compiler,
+        ..ImportOptions::default()
+    };
+    let scene = scene_of(&map, &compiler);
+    assert!(scene.features.compiler_lights && scene.emitters.list.is_empty());
+    let is = |l: &&PointLight, f: fn(&Falloff) -> bool| l.compiler.is_some_and(|c| f(&c.falloff));
+    let constant: Vec<_> = (scene.lights.iter())
+        .filter(|l| is(l, |f| matches!(f, Falloff::Constant)))
+        .collect();
+    assert_eq!(constant.len(), 1);
+    let value = PI / 128.0 * 0.5 * -20.0 * STEADY;
+    assert!((constant[0].intensity.x / value - 1.0).abs() < 1e-5);
+    // The first light of the scatter is where the entity is, all of them add up to it.
+    let scattered: Vec<_> = (scene.lights.iter())
+        .filter(|l| is(l, |f| matches!(f, Falloff::InverseSquare { .. })))
+        .collect();
+    assert_eq!(
+        (scattered.len(), scattered[0].position),
+        (16, Vec3::splat(128.0))
+    );
+    let suns: Vec<_> = (scene.lights.iter())
+        .filter(|l| is(l, |f| matches!(f, Falloff::Sun(_))))
+        .collect();
+    assert_eq!(suns.len(), 1 + 65, "a sun, and the dome of 64 samples");
+    let down = suns[0].compiler.map(|c| c.falloff);
+    assert!(matches!(down, Some(Falloff::Sun(d)) if (d + Vec3::Z).length() < 1e-6));
+    let warns = |word: &str| scene.report.warnings.iter().any(|w| w.contains(word));
+    assert!(warns("least light"));
 }

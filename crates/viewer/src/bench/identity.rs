@@ -13,9 +13,10 @@
 //! length, alternatives after their number.
 
 use crate::cli::SceneArgs;
+use scene::baked::{BakedLight, BakedTriangle};
 use scene::cells::CellNode;
 use scene::gloss::Gloss;
-use scene::light::Spot;
+use scene::light::{CompilerLight, Falloff, Spot};
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
@@ -83,6 +84,7 @@ pub fn level_hash(scene: &Scene) -> String {
         emitters,
         lights,
         media,
+        baked,
         sky,
         cameras: _,
         bounds_min: _,
@@ -102,6 +104,9 @@ pub fn level_hash(scene: &Scene) -> String {
     } in instances
     {
         h.int(*mesh as u64).floats(transform.to_cols_array());
+    }
+    if let Some(baked) = baked {
+        hash_baked(&mut h, baked);
     }
     h.int(materials.len() as u64);
     for material in materials {
@@ -243,16 +248,49 @@ fn hash_finish(h: &mut Hasher, finish: &Finish) {
     }
 }
 
+fn hash_baked(h: &mut Hasher, BakedLight { meshes, samples }: &BakedLight) {
+    for BakedTriangle {
+        first,
+        width,
+        height,
+        uv,
+    } in meshes.iter().flatten()
+    {
+        h.int((*first).into()).int((*width).into());
+        h.int((*height).into())
+            .floats(uv.as_flattened().iter().copied());
+    }
+    h.floats(samples.as_flattened().iter().copied());
+}
+
 fn hash_light(h: &mut Hasher, light: &PointLight) {
     let PointLight {
         position,
         radius,
         intensity,
         spot,
+        style,
+        compiler,
     } = light;
     h.floats(position.to_array())
         .floats([*radius])
-        .floats(intensity.to_array());
+        .floats(intensity.to_array())
+        .int(u64::from(*style));
+    if let Some(CompilerLight {
+        falloff,
+        angle_scale,
+    }) = compiler
+    {
+        let (kind, numbers) = match *falloff {
+            Falloff::Linear { reach } => (1, [reach, 0.0, 0.0]),
+            Falloff::Inverse { scale } => (2, [scale, 0.0, 0.0]),
+            Falloff::InverseSquare { scale } => (3, [scale, 0.0, 0.0]),
+            Falloff::InverseSquareShifted { scale } => (4, [scale, 0.0, 0.0]),
+            Falloff::Constant => (5, [0.0; 3]),
+            Falloff::Sun(direction) => (6, direction.to_array()),
+        };
+        h.int(kind).floats(numbers).floats([*angle_scale]);
+    }
     match spot {
         None => h.int(0),
         Some(Spot {

@@ -10,7 +10,9 @@ pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, Render};
-pub use shared::{CameraChoice, EstimatorName, Lights, SceneArgs, SelectionName, ViewArgs};
+pub use shared::{
+    CameraChoice, EstimatorName, LightingName, Lights, SceneArgs, SelectionName, ViewArgs,
+};
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand};
@@ -170,6 +172,7 @@ mod tests {
         assert_eq!(r.scene.emission_scale as f32, import.emission_scale);
         assert_eq!(r.scene.threshold as f32, import.threshold);
         assert_eq!(r.estimator, EstimatorName::Mis);
+        assert_eq!(r.lighting, LightingName::Physical);
         assert_eq!((r.scene.lights, r.tonemap), (Lights::Auto, Tonemap::Agx));
         assert_eq!(r.layers, LayerList(vec![Layer::Beauty]));
         assert!(r.level.is_none() && r.output.is_empty() && r.view.camera.is_none());
@@ -212,6 +215,7 @@ mod tests {
             ("--target-error", "nan"),
             ("--depth", "-1"),
             ("--estimator", "bdpt"),
+            ("--lighting", "baked"),
             ("--fov", "180"),
             ("--exr-type", "double"),
         ] {
@@ -228,11 +232,7 @@ mod tests {
 
     #[test]
     fn options_of_later_features_are_not_there() {
-        for option in [
-            "--denoise=svgf",
-            "--materials=a.toml",
-            "--lighting=compiler",
-        ] {
+        for option in ["--denoise=svgf", "--materials=a.toml"] {
             assert_eq!(
                 fails(&["render", option]).kind(),
                 ErrorKind::UnknownArgument

@@ -1,6 +1,6 @@
 //! `runelight render`.
 
-use super::shared::{EstimatorName, SceneArgs, SelectionName, ViewArgs, number};
+use super::shared::{EstimatorName, LightingName, SceneArgs, SelectionName, ViewArgs, number};
 use crate::output::Layer;
 use crate::tonemap::Tonemap;
 use clap::{Args, ValueEnum};
@@ -101,6 +101,16 @@ pub struct Render {
         help_heading = "Quality"
     )]
     pub selection: SelectionName,
+    /// What lights the level. Other than physical is for comparison: compiler has light entities and
+    /// suns by the light compilers' formulas, direct light alone (--depth 2 at most, --estimator
+    /// nee); lightmap is the level's own baked light and fullbright its plain textures (--depth 1)
+    #[arg(
+        long,
+        value_name = "MODEL",
+        default_value = "physical",
+        help_heading = "Light"
+    )]
+    pub lighting: LightingName,
     /// Same seed, same device, same picture bit for bit
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Quality")]
     pub seed: u64,

@@ -3,6 +3,7 @@
 use anyhow::{Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use scene::camera::DEFAULT_FOV_DEG;
+use scene::import::Lighting;
 use scene::render::{Estimator, Selection};
 use scene::{Camera, Scene};
 
@@ -97,7 +98,7 @@ pub struct SceneArgs {
     )]
     #[arg(value_parser = number(0.0, 1e6))]
     pub at: f64,
-    /// What is lit
+    /// Which lamps shine in physical light
     #[arg(
         long,
         value_name = "WHICH",
@@ -176,6 +177,30 @@ impl From<SelectionName> for Selection {
             SelectionName::Tree => Self::Tree,
             // Where there are no lists it is by power.
             SelectionName::Auto | SelectionName::Leaf => Self::Leaf,
+        }
+    }
+}
+
+/// `--lighting`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightingName {
+    /// Bright surfaces, the sky, and light entities as small spheres
+    Physical,
+    /// Light entities and suns as the light compilers take them
+    Compiler,
+    /// The lightmaps that come with the level
+    Lightmap,
+    /// None: textures as they are stored
+    Fullbright,
+}
+
+impl From<LightingName> for Lighting {
+    fn from(name: LightingName) -> Self {
+        match name {
+            LightingName::Physical => Self::Physical,
+            LightingName::Compiler => Self::Compiler,
+            LightingName::Lightmap => Self::Lightmap,
+            LightingName::Fullbright => Self::Fullbright,
         }
     }
 }

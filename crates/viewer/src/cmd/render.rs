@@ -13,7 +13,7 @@ use crate::progress::Progress;
 use crate::{Outcome, Usage};
 use anyhow::Result;
 use scene::Scene;
-use scene::import::ImportOptions;
+use scene::import::{ImportOptions, Lighting};
 use scene::render::{Estimator, Film, Selection, Settings};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -32,9 +32,11 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let source = Source::new(args.level.as_deref(), &context.global)?;
     let outputs = Outputs::open(&output_paths(args, &source.name()))?;
     let device = Device::choose(&context.global.device)?;
+    let lighting = Lighting::from(args.lighting);
     let options = ImportOptions {
-        light_lists: Estimator::from(args.estimator).samples_lights()
+        light_lists: estimator(args).samples_lights()
             && Selection::from(args.selection) == Selection::Leaf,
+        lighting,
         ..args.scene.import_options()
     };
     let scene = Arc::new(source.load()?.import(&options)?);
@@ -76,6 +78,7 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
         device: &device,
         film: &film,
         stopped,
+        lighting,
         spp_asked: args.spp,
         seconds: [
             loaded - context.start,
@@ -103,14 +106,31 @@ fn output_paths(args: &Render, level: &str) -> Vec<PathBuf> {
     }
 }
 
+/// How light is found: by looking for lights where nothing else shines.
+fn estimator(args: &Render) -> Estimator {
+    match Lighting::from(args.lighting) {
+        Lighting::Physical => args.estimator.into(),
+        Lighting::Compiler | Lighting::Lightmap | Lighting::Fullbright => Estimator::Nee,
+    }
+}
+
+/// The deepest path vertex: no deeper than the light model means something.
+fn depth(args: &Render) -> u32 {
+    match (Lighting::from(args.lighting).max_depth(), args.depth) {
+        (None, depth) => depth,
+        (Some(most), 0) => most,
+        (Some(most), depth) => depth.min(most),
+    }
+}
+
 fn settings(args: &Render, scene: &Scene) -> Result<Settings> {
     Ok(Settings {
         width: args.view.size.0,
         height: args.view.size.1,
         camera: args.view.camera_of(scene)?,
-        estimator: args.estimator.into(),
+        estimator: estimator(args),
         selection: args.selection.into(),
-        depth: args.depth,
+        depth: depth(args),
         time: args.scene.at as f32,
         seed: args.seed,
         aovs: args.layers.0.iter().any(|l| l.is_aov()),
@@ -198,6 +218,7 @@ fn notes(
         ("cameraName", text(&c.name)),
         ("fov", Note::Float(c.fov_deg)),
         ("time", Note::Float(settings.time)),
+        ("lighting", text(Lighting::from(args.lighting).name())),
         ("lights", text(args.scene.lights.name())),
         ("threshold", Note::Float(args.scene.threshold as f32)),
         (
@@ -216,6 +237,7 @@ struct Report<'a> {
     device: &'a Device,
     film: &'a Film,
     stopped: Stopped,
+    lighting: Lighting,
     spp_asked: u32,
     /// Load, build, render, write.
     seconds: [f64; 4],
@@ -242,6 +264,7 @@ impl Report<'_> {
             "size": format!("{}x{}", film.width, film.height),
             "spp": film.samples,
             "depth": self.settings.depth,
+            "lighting": self.lighting.name(),
             "estimator": self.settings.estimator.name(),
             "selection": self.settings.selection.name(),
             "seed": self.settings.seed,

@@ -46,6 +46,18 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
             None => json!({ "name": "(missing)" }),
         })
         .collect();
+    let pairs: Vec<Value> = (scene.report.lamp_pairs.iter())
+        .map(|pair| {
+            json!({
+                "entity": pair.entity,
+                "classname": pair.classname,
+                "position": pair.position.to_array(),
+                "texture": pair.texture,
+                "face": pair.face,
+                "distance": pair.distance,
+            })
+        })
+        .collect();
     let told = json!({
         "file": file,
         "kind": "BSP",
@@ -60,6 +72,7 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         "textures": bsp.textures.len(),
         "lights": lights,
         "lights_lit": scene.lights.len(),
+        "lamp_pairs": pairs,
         "emissive_texels": scene.report.emissive_texels,
         "emissive_triangles": scene.emitters.list.len(),
         "leafs": bsp.leafs.len(),

@@ -1,0 +1,137 @@
+//! Light entities: what they ask for (`keys`, `templates`, `suns`), and what is made of it for the
+//! physical light model (`physical`) and for that of the light compilers (`compiler`).
+
+mod compiler;
+mod keys;
+mod physical;
+mod suns;
+mod templates;
+
+pub use compiler::{CompilerLights, IRRADIANCE_PER_VALUE, LeastLight};
+pub use keys::{WorldKeys, color_of, least_color, strength};
+pub use physical::{LIGHT_RADIUS, MIN_LIGHT_RADIUS, shrink};
+pub use suns::SUN_SAMPLES;
+
+use super::notes::Notes;
+use super::targets::Targets;
+use crate::light::PointLight;
+use bsp::Level;
+use bsp::styles::Blend;
+use keys::LightKeys;
+
+/// A light that shines now, and whose it is.
+#[derive(Clone, Debug)]
+pub struct EntityLight {
+    /// What it makes.
+    pub light: PointLight,
+    /// Number of its entity.
+    pub entity: usize,
+    /// Its class.
+    pub classname: String,
+}
+
+/// What the level's light entities ask for, with templates replaced by their copies. Suns, and
+/// lights that light nothing, are left out.
+fn keys(level: &Level, notes: &mut Notes) -> Vec<LightKeys> {
+    let targets = Targets::new(&level.entities);
+    let mut out = Vec::new();
+    let mut copies = 0;
+    for (number, entity) in level.entities.iter().enumerate().skip(1) {
+        let Some(light) = LightKeys::of(entity, number, &targets).filter(|l| !l.elsewhere) else {
+            continue;
+        };
+        if light.surface.is_none() {
+            out.push(light);
+            continue;
+        }
+        let room = templates::MAX_COPIES - copies;
+        let made = templates::copies(&level.bsp, &light, room, notes);
+        if made.is_empty() && room > 0 {
+            notes.add("idle templates", || {
+                let texture = light.surface.as_deref().unwrap_or_default();
+                format!("a light for faces with texture {texture:?} lights nothing: there are none")
+            });
+        }
+        copies += made.len();
+        out.extend(made);
+    }
+    out
+}
+
+/// All light entities that shine at `time`, as spheres. `is_shallow` says that the level's tree can
+/// be asked.
+pub fn spheres(level: &Level, is_shallow: bool, time: f64, notes: &mut Notes) -> Vec<EntityLight> {
+    let world = WorldKeys::of(level.entities.first());
+    let bsp = is_shallow.then_some(&level.bsp);
+    (keys(level, notes).into_iter())
+        .filter(|k| !k.starts_off)
+        .filter_map(|k| {
+            let mut light = physical::sphere(&k, &world, bsp, notes)?;
+            light.intensity *= level.styles.brightness(k.style, time, Blend::Step);
+            let shines = light.intensity.max_element() > 0.0 && light.intensity.is_finite();
+            shines.then_some(EntityLight {
+                light,
+                entity: k.entity,
+                classname: k.classname,
+            })
+        })
+        .collect()
+}
+
+/// All that the light compilers light the level with, whatever the time; their intensities lack the
+/// brightness of their styles. `sun_samples` is how many suns stand for a penumbra or a dome,
+/// [`SUN_SAMPLES`] unless the compiler was told otherwise.
+pub fn compiler_lights(
+    level: &Level,
+    is_shallow: bool,
+    sun_samples: u32,
+    notes: &mut Notes,
+) -> CompilerLights {
+    let world = WorldKeys::of(level.entities.first());
+    let keys = keys(level, notes);
+    compiler::lights(
+        &level.bsp,
+        &level.entities,
+        &keys,
+        world,
+        is_shallow,
+        sun_samples,
+        notes,
+    )
+}
+
+/// The lights of the light compilers that shine at `time`.
+pub fn compiler_lights_at(
+    level: &Level,
+    is_shallow: bool,
+    time: f64,
+    notes: &mut Notes,
+) -> Vec<EntityLight> {
+    let all = compiler_lights(level, is_shallow, SUN_SAMPLES, notes);
+    if !all.least.is_empty() || all.world.least > 0.0 {
+        notes.add("least light", || {
+            "least light (delay 4, and worldspawn's light) is not drawn: it is no light that adds up"
+                .to_owned()
+        });
+    }
+    if all.world.gamma != 1.0 {
+        notes.add("gamma", || {
+            format!(
+                "the lightmaps' _gamma of {} is not drawn: light is linear",
+                all.world.gamma
+            )
+        });
+    }
+    (all.lights.into_iter().zip(all.entities))
+        .filter_map(|(mut light, entity)| {
+            light.intensity *= level.styles.brightness(light.style, time, Blend::Step);
+            let shines = light.intensity.abs().max_element() > 0.0 && light.intensity.is_finite();
+            let classname = level.entities.get(entity)?.classname().to_owned();
+            shines.then_some(EntityLight {
+                light,
+                entity,
+                classname,
+            })
+        })
+        .collect()
+}
