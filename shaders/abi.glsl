@@ -67,12 +67,14 @@ const uint FALLOFF_SHIFTED = 3u;
 const uint FALLOFF_CONSTANT = 4u;
 // Falloff: none, from the sky against the light's direction.
 const uint FALLOFF_SUN = 5u;
-// Sky kinds: none, the same everywhere, two scrolling layers.
+// Sky kinds: none, the same everywhere, two scrolling layers, six sides.
 const uint SKY_NONE = 0u;
 // See `SKY_NONE`.
 const uint SKY_FLAT = 1u;
 // See `SKY_NONE`.
 const uint SKY_SCROLLING = 2u;
+// See `SKY_NONE`.
+const uint SKY_BOX = 3u;
 // Film plane: sum of radiance rgb, number of samples.
 const uint PLANE_BEAUTY = 0u;
 // Film plane: sum of squared deviations from the mean rgb (Welford), face id + 1.
@@ -435,7 +437,7 @@ struct SceneData {
     vec3 sky_lower;
     // Radiance of a flat sky.
     vec3 sky_radiance;
-    // Texture of the back layer.
+    // Texture of the back layer, or the first of a skybox's six.
     uint sky_back;
     // Texture of the front layer.
     uint sky_front;

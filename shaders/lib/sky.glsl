@@ -14,11 +14,34 @@ vec4 sky_texel(uint layer, vec3 direction, float speed) {
     return fetch(layer, uv * vec2(size) / SKY_TILE, size.x, size.y);
 }
 
+// Texel of a skybox: the nearest, and at the edges of a side its last one.
+vec4 sky_box_texel(vec3 d) {
+    const vec3 far = abs(d);
+    uint side;
+    vec3 on; // across, up, distance of the side
+    if (far.x >= far.y && far.x >= far.z) {
+        side = d.x > 0.0 ? 0u : 2u;
+        on = vec3(d.x > 0.0 ? -d.y : d.y, d.z, far.x);
+    } else if (far.y >= far.z) {
+        side = d.y > 0.0 ? 1u : 3u;
+        on = vec3(d.y > 0.0 ? d.x : -d.x, d.z, far.y);
+    } else {
+        side = d.z > 0.0 ? 4u : 5u;
+        on = vec3(-d.y, d.z > 0.0 ? -d.x : d.x, far.z);
+    }
+    const vec2 place = 0.5 + vec2(0.5, -0.5) * on.xy / on.z;
+    const uint texture_index = params.scene.at[0].sky_back + side;
+    const ivec2 size = textureSize(textures[nonuniformEXT(texture_index)], 0);
+    const ivec2 texel = clamp(ivec2(place * vec2(size)), ivec2(0), size - 1);
+    return texelFetch(textures[nonuniformEXT(texture_index)], texel, 0);
+}
+
 // Radiance of the picture.
 vec3 sky_radiance(vec3 direction) {
     const vec3 scale =
         direction.z < 0.0 ? params.scene.at[0].sky_lower : params.scene.at[0].sky_upper;
     if (SKY_KIND == SKY_FLAT) return scale * params.scene.at[0].sky_radiance;
+    if (SKY_KIND == SKY_BOX) return scale * srgb_to_linear(sky_box_texel(direction).rgb);
     if (SKY_KIND == SKY_SCROLLING) {
         vec4 texel = sky_texel(params.scene.at[0].sky_front, direction, FRONT_SPEED);
         if (texel.a == 0.0) {

@@ -140,3 +140,39 @@ fn each_half_of_the_sky_lights_what_faces_it() {
         }
     }
 }
+
+#[test]
+fn a_skybox_shows_its_sides_by_direction() {
+    let mut b = Builder::new();
+    let sky = b.sky(1.0);
+    b.cuboid(Vec3::splat(-64.0), Vec3::splat(64.0), true, [sky; 6]);
+    // Sides of different sizes; no two texels are alike.
+    let sizes = [(2, 2), (4, 4), (1, 1), (3, 2), (2, 5), (8, 8)];
+    let sides = sizes.map(|(w, h): (usize, usize)| {
+        let texels = (0..w * h).map(|i| [20 + 3 * i as u8, 100 + i as u8, 30 * w as u8, 255]);
+        b.texture(w, texels.collect())
+    });
+    b.scene.sky = Sky {
+        kind: SkyKind::Box(sides[0]),
+        scale: [Vec3::new(0.5, 1.0, 2.0), Vec3::ONE],
+        suns: Vec::new(),
+    };
+    let scene = b.build();
+    // Per side: what is ahead, to the right of it and above it, as the engine has it.
+    let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
+    let frames = [(x, -y, z), (y, x, z), (-x, y, z), (-y, -x, z), (z, -y, -x), (-z, -y, x)];
+    for (side, (ahead, right, up)) in frames.into_iter().enumerate() {
+        let (w, h) = sizes[side];
+        for (u, v) in [(0.05, 0.1), (0.93, 0.07), (0.45, 0.55), (0.1, 0.98), (0.97, 0.9)] {
+            let target = ahead + right * (2.0 * u - 1.0) + up * (1.0 - 2.0 * v);
+            let at = (v * h as f32) as usize * w + (u * w as f32) as usize;
+            let [r, g, b, _] = scene.textures[sides[side].0 as usize].rgba[at];
+            let scale = scene.sky.scale[usize::from(target.z < 0.0)];
+            let expected = [r, g, b].map(srgb_to_linear);
+            let expected = [0, 1, 2].map(|c| expected[c] * f64::from(scale[c]));
+            let view = probe(Vec3::new(3.0, 5.0, -2.0), Vec3::new(3.0, 5.0, -2.0) + target);
+            let film = render(&scene, &settings(view, 1, Estimator::Mis, 2), 1);
+            assert_mean(&film, expected, 0.0, &format!("side {side} at {u}, {v}"));
+        }
+    }
+}

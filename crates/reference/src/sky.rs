@@ -7,7 +7,7 @@ use crate::shading::{pdf_sphere_cone, scroll_uv, sky_half, sun_is_seen, texel_in
 use crate::triangle::Ray;
 use crate::world::{World, size};
 use glam::{DVec2, DVec3};
-use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind};
+use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind, box_texel, box_uv};
 use scene::{Surface, TextureId};
 
 /// Texels of a sky layer's tile, whatever the picture's size.
@@ -20,6 +20,11 @@ impl World {
         let shown = match sky.kind {
             SkyKind::None => DVec3::ZERO,
             SkyKind::Flat(radiance) => radiance.as_dvec3(),
+            SkyKind::Box(first) => {
+                let (side, place) = box_uv(direction.to_array());
+                let texture = self.texture(TextureId(first.0 + side as u32));
+                self.decode(texture.rgba[box_texel(texture, place)])
+            }
             SkyKind::Scrolling { back, front } => {
                 let layer = |id: TextureId, speed| {
                     let texture = self.texture(id);

@@ -458,10 +458,17 @@ fn check(scene: &Scene) -> Result<(), Error> {
         }),
         "a material's texture does not exist",
     )?;
-    if let SkyKind::Scrolling { back, front } = scene.sky.kind {
-        let exist = texture_exists(back) && texture_exists(front);
-        ensure(exist, "a sky layer's texture does not exist")?;
-    }
+    let sky_textures = match scene.sky.kind {
+        SkyKind::None | SkyKind::Flat(_) => vec![],
+        SkyKind::Scrolling { back, front } => vec![back, front],
+        SkyKind::Box(first) => (0..6)
+            .map(|i| TextureId(first.0.saturating_add(i)))
+            .collect(),
+    };
+    ensure(
+        sky_textures.into_iter().all(texture_exists),
+        "a texture of the sky does not exist",
+    )?;
     ensure(
         scene.meshes.iter().all(|mesh| {
             mesh.triangles.iter().all(|t| {

@@ -168,12 +168,14 @@ abi! {
         FALLOFF_CONSTANT: uint = 4;
         /// Falloff: none, from the sky against the light's direction.
         FALLOFF_SUN: uint = 5;
-        /// Sky kinds: none, the same everywhere, two scrolling layers.
+        /// Sky kinds: none, the same everywhere, two scrolling layers, six sides.
         SKY_NONE: uint = 0;
         /// See `SKY_NONE`.
         SKY_FLAT: uint = 1;
         /// See `SKY_NONE`.
         SKY_SCROLLING: uint = 2;
+        /// See `SKY_NONE`.
+        SKY_BOX: uint = 3;
         /// Film plane: sum of radiance rgb, number of samples.
         PLANE_BEAUTY: uint = 0;
         /// Film plane: sum of squared deviations from the mean rgb (Welford), face id + 1.
@@ -548,7 +550,7 @@ abi! {
             sky_lower: vec3,
             /// Radiance of a flat sky.
             sky_radiance: vec3,
-            /// Texture of the back layer.
+            /// Texture of the back layer, or the first of a skybox's six.
             sky_back: uint,
             /// Texture of the front layer.
             sky_front: uint,

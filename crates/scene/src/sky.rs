@@ -1,6 +1,6 @@
 //! What a sky face shows: a picture by direction, and suns.
 
-use crate::material::{MaterialId, TextureId, luminance};
+use crate::material::{MaterialId, Texture, TextureId, luminance};
 use crate::mesh::{Instance, Mesh};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -48,6 +48,37 @@ pub enum SkyKind {
         /// Front layer; alpha 0 shows the back.
         front: TextureId,
     },
+    /// The six pictures of a box around the viewer, in a row from this one on, in the order of
+    /// [`BOX_SIDES`]; see [`box_uv`].
+    Box(TextureId),
+}
+
+/// Number of a skybox's pictures: right (towards +x), back (+y), left, front, up, down.
+pub const BOX_SIDES: usize = 6;
+
+/// Where on a skybox a direction (of any length but 0) looks: the number of the side as in
+/// [`BOX_SIDES`], and the place on it, 0 to 1 from the left and from the top.
+#[must_use]
+pub fn box_uv([x, y, z]: [f64; 3]) -> (usize, [f64; 2]) {
+    let (far_x, far_y, far_z) = (x.abs(), y.abs(), z.abs());
+    let (side, across, up, far) = if far_x >= far_y && far_x >= far_z {
+        if x > 0.0 {
+            (0, -y, z, far_x)
+        } else {
+            (2, y, z, far_x)
+        }
+    } else if far_y >= far_z {
+        if y > 0.0 {
+            (1, x, z, far_y)
+        } else {
+            (3, -x, z, far_y)
+        }
+    } else if z > 0.0 {
+        (4, -y, -x, far_z)
+    } else {
+        (5, -y, x, far_z)
+    };
+    (side, [0.5 + 0.5 * across / far, 0.5 - 0.5 * up / far])
 }
 
 /// A sun: a disc without distance, of the same radiance all over.
@@ -148,6 +179,14 @@ pub fn scroll_uv(direction: [f64; 3], time: f64, speed: f64) -> [f64; 2] {
     [time * speed + x * k, time * speed + y * k]
 }
 
+/// Index of the texel at a place from 0 to 1 on a side of a skybox: the nearest, and at the edges the
+/// last one.
+#[must_use]
+pub fn box_texel(side: &Texture, [u, v]: [f64; 2]) -> usize {
+    let at = |place: f64, size: u32| ((place * f64::from(size)) as usize).min(size as usize - 1);
+    at(v, side.height) * side.width as usize + at(u, side.width)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,6 +196,27 @@ mod tests {
         let [u, v] = scroll_uv([1.0, 1.0, 1.0], 0.0, BACK_SPEED);
         assert!((u / 128.0 - 0.8904).abs() < 1e-4 && (v / 128.0 - 0.8904).abs() < 1e-4);
         assert_eq!(scroll_uv([0.0, 0.0, 1.0], 0.0, BACK_SPEED), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn skyboxes_show_their_sides_as_the_engine_does() {
+        // Eye to eye with each side; what is seen up on it, and to the right.
+        for (side, ahead, right, up) in [
+            (0, [1., 0., 0.], [0., -1., 0.], [0., 0., 1.]),
+            (1, [0., 1., 0.], [1., 0., 0.], [0., 0., 1.]),
+            (2, [-1., 0., 0.], [0., 1., 0.], [0., 0., 1.]),
+            (3, [0., -1., 0.], [-1., 0., 0.], [0., 0., 1.]),
+            (4, [0., 0., 1.], [0., -1., 0.], [-1., 0., 0.]),
+            (5, [0., 0., -1.], [0., -1., 0.], [1., 0., 0.]),
+        ] {
+            let at = |r: f64, u: f64| {
+                box_uv([0, 1, 2].map(|i| 3.0 * (ahead[i] + r * right[i] + u * up[i])))
+            };
+            assert_eq!(at(0.0, 0.0), (side, [0.5, 0.5]));
+            assert_eq!(at(0.5, 0.0), (side, [0.75, 0.5]));
+            assert_eq!(at(0.0, 0.5), (side, [0.5, 0.25]));
+        }
+        assert_eq!(box_uv([1.0, -0.5, 0.5]), (0, [0.75, 0.25]));
     }
 
     #[test]

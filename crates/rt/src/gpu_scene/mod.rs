@@ -225,6 +225,10 @@ impl GpuScene {
                 data.sky_radiance = radiance.to_array();
                 abi::SKY_FLAT
             }
+            SkyKind::Box(first) => {
+                data.sky_back = first.0;
+                abi::SKY_BOX
+            }
             SkyKind::Scrolling { back, front } => {
                 (data.sky_back, data.sky_front) = (back.0, front.0);
                 abi::SKY_SCROLLING

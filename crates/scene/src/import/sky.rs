@@ -5,13 +5,16 @@
 //! the sky and each channel by itself. It is never darkened, and a picture too dark for that makes
 //! way for a plain sky.
 
+use super::Files;
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
 use super::surfaces::{FaceSurface, MaterialSet};
-use crate::material::{Finish, Material, Surface, luminance};
-use crate::sky::{Sky, SkyKind};
-use glam::Vec3;
+use crate::material::{Finish, Material, Surface, Texture, TextureId, luminance, srgb_to_linear};
+use crate::sky::{BOX_SIDES, Sky, SkyKind, box_texel, box_uv};
+use bsp::Limits;
+use bsp::picture::Rgba;
+use glam::{DVec3, Vec3};
 
 /// Least factor of a sky's picture: the sky shows as bright as in Quake.
 pub const SKY_SCALE: f32 = 1.0;
@@ -23,6 +26,11 @@ pub const MAX_SKY_SCALE: f32 = 32.0;
 /// A picture that would have to be brightened this much is black, and makes way for plain light of
 /// the radiance asked for: the level would have no light at all.
 pub const BLACK_SKY_SCALE: f32 = 1000.0;
+
+/// Endings of the names of a skybox's pictures, two letters each, in the order of [`BOX_SIDES`].
+const BOX_ENDINGS: &str = "rtbklfftupdn";
+/// Most texels along a side of a skybox's picture.
+const MAX_BOX_SIDE: u32 = 4096;
 
 /// The surface of a sky texture called `name`. The first one that is drawn decides what the sky is.
 pub fn surface(
@@ -43,21 +51,19 @@ pub fn surface(
     }
     let base = match set.sky.kind {
         SkyKind::Scrolling { back, .. } => back,
+        SkyKind::Box(first) => first,
         SkyKind::Flat(_) | SkyKind::None => set.add_texture(picture::checkerboard(name)),
     };
     // Most sky faces are above: they are seen by its upper half, but the lower one may be brighter.
-    let mean = mean_radiance(set);
-    let radiance = set
-        .sky
-        .scale
-        .map(|scale| luminance((scale * mean).to_array()));
+    let [upper, lower] = mean_radiance(set);
+    let [upper, lower] = [set.sky.scale[0] * upper, set.sky.scale[1] * lower];
     let material = Material {
         name: name.to_owned(),
         surface: Surface::Sky,
         base,
         emission: None,
         emission_scale: 0.0,
-        emission_weight: radiance[0].max(radiance[1]),
+        emission_weight: luminance(upper.to_array()).max(luminance(lower.to_array())),
         alpha_tested: false,
         two_sided: false,
         warped: false,
@@ -72,26 +78,142 @@ pub fn surface(
     }
 }
 
-/// Mean radiance of the sky's picture before it is scaled.
-fn mean_radiance(set: &MaterialSet) -> Vec3 {
+/// Mean radiance of the two halves of the sky's picture before it is scaled.
+fn mean_radiance(set: &MaterialSet) -> [Vec3; 2] {
     match set.sky.kind {
-        SkyKind::None => Vec3::ZERO,
-        SkyKind::Flat(radiance) => radiance,
+        SkyKind::None => [Vec3::ZERO; 2],
+        SkyKind::Flat(radiance) => [radiance; 2],
         SkyKind::Scrolling { back, front } => {
             let [back, front] = [back, front].map(|id| &set.textures[id.0 as usize]);
-            picture::sky_mean(back, front)
+            [picture::sky_mean(back, front); 2]
         }
+        SkyKind::Box(first) => box_mean(&set.textures[first.0 as usize..][..BOX_SIDES]),
+    }
+}
+
+/// Mean radiance of the upper and the lower half of a skybox, weighted by the cosine with the
+/// vertical: what lights the ground, and a ceiling.
+fn box_mean(sides: &[Texture]) -> [Vec3; 2] {
+    /// Directions along each axis of a side; pictures are finer, but not in their means.
+    const STEPS: i32 = 64;
+    let table: Vec<f64> = (0..=255).map(srgb_to_linear).collect();
+    let mut sums = [(DVec3::ZERO, 0.0); 2];
+    let axes = [
+        DVec3::X,
+        DVec3::Y,
+        DVec3::NEG_X,
+        DVec3::NEG_Y,
+        DVec3::Z,
+        DVec3::NEG_Z,
+    ];
+    for axis in axes {
+        let (s, t) = axis.any_orthonormal_pair();
+        for i in 0..STEPS * STEPS {
+            let at = |k: i32| (2.0 * f64::from(k) + 1.0) / f64::from(STEPS) - 1.0;
+            let toward = axis + s * at(i % STEPS) + t * at(i / STEPS);
+            let (side, uv) = box_uv(toward.to_array());
+            let [r, g, b, _] = sides[side].rgba[box_texel(&sides[side], uv)];
+            let color = DVec3::from([r, g, b].map(|c| table[usize::from(c)]));
+            // A part of a side is seen under a solid angle that falls with the cubed distance.
+            let weight = toward.z.abs() / toward.length_squared().powi(2);
+            let (sum, weights) = &mut sums[usize::from(toward.z < 0.0)];
+            *sum += color * weight;
+            *weights += weight;
+        }
+    }
+    sums.map(|(sum, weights)| (sum / weights).as_vec3())
+}
+
+/// The pictures of the skybox `name`, `None` if there is none of them. A missing side is black.
+pub fn skybox(
+    name: &str,
+    files: &Files<'_>,
+    limits: &Limits,
+    notes: &mut Notes,
+) -> Option<Vec<Texture>> {
+    let limits = Limits {
+        max_texture_side: limits.max_texture_side.min(MAX_BOX_SIDE),
+        ..limits.clone()
+    };
+    let mut missing = Vec::new();
+    let sides: Vec<Option<Texture>> = (0..BOX_SIDES)
+        .map(|i| {
+            let side = &BOX_ENDINGS[2 * i..2 * i + 2];
+            let stem = format!("gfx/env/{name}{side}");
+            let Some((path, found)) = bsp::picture::find(&stem, files, &limits) else {
+                missing.push(side);
+                return None;
+            };
+            let found = found.map_err(|error| {
+                notes.add(&path, || format!("the skybox has a black side: {error}"));
+            });
+            let picture = found.unwrap_or_else(|()| black());
+            Some(Texture {
+                name: path,
+                width: picture.width,
+                height: picture.height,
+                rgba: picture.texels,
+            })
+        })
+        .collect();
+    if sides.iter().all(Option::is_none) {
+        notes.add("skybox", || {
+            format!(
+                "there is no picture of the skybox {name:?} (gfx/env/{name}up.tga and so on): the \
+                 sky of the level's texture is shown"
+            )
+        });
+        return None;
+    }
+    if !missing.is_empty() {
+        notes.add("skybox", || {
+            let missing = missing.join(", ");
+            format!("the skybox {name:?} lacks sides, which are black: {missing}")
+        });
+    }
+    let black_side = || {
+        let Rgba {
+            width,
+            height,
+            texels,
+        } = black();
+        Texture {
+            name: format!("{name} (missing side)"),
+            width,
+            height,
+            rgba: texels,
+        }
+    };
+    Some(
+        (sides.into_iter())
+            .map(|s| s.unwrap_or_else(black_side))
+            .collect(),
+    )
+}
+
+/// A side of one black texel.
+fn black() -> Rgba {
+    Rgba {
+        width: 1,
+        height: 1,
+        texels: vec![[0, 0, 0, 255]],
     }
 }
 
 /// The sky that `picture` shows.
 fn sky(picture: Option<Indexed<'_>>, name: &str, set: &mut MaterialSet, notes: &mut Notes) -> Sky {
     let domes = set.domes;
+    if let Some(sides) = set.skybox.take() {
+        let mean = box_mean(&sides);
+        let first = TextureId(set.textures.len() as u32);
+        set.textures.extend(sides);
+        return scaled(SkyKind::Box(first), mean, domes);
+    }
     let Some(picture) = picture else {
         notes.add("sky missing", || {
             format!("sky texture {name:?} has no pixels: the sky has one plain colour")
         });
-        return scaled(SkyKind::Flat(FLAT_SKY), FLAT_SKY, domes);
+        return scaled(SkyKind::Flat(FLAT_SKY), [FLAT_SKY; 2], domes);
     };
     let (w, h) = (picture.miptex.width, picture.miptex.height);
     if (w, h) != (2 * SKY_SIDE, SKY_SIDE) {
@@ -119,18 +241,19 @@ fn sky(picture: Option<Indexed<'_>>, name: &str, set: &mut MaterialSet, notes: &
         };
     }
     let [back, front] = [back, front].map(|t| set.add_texture(t));
-    scaled(SkyKind::Scrolling { back, front }, mean, domes)
+    scaled(SkyKind::Scrolling { back, front }, [mean; 2], domes)
 }
 
-/// A sky whose picture has this mean radiance, brightened to what is asked of its halves.
-fn scaled(kind: SkyKind, mean: Vec3, domes: [Vec3; 2]) -> Sky {
-    let scale = |dome: Vec3| {
+/// A sky whose picture's halves have this mean radiance, brightened to what is asked of them.
+fn scaled(kind: SkyKind, mean: [Vec3; 2], domes: [Vec3; 2]) -> Sky {
+    let scale = |half: usize| {
+        let (dome, mean) = (domes[half], mean[half]);
         let mean = mean.max(Vec3::splat(f32::MIN_POSITIVE));
         (dome / mean).clamp(Vec3::splat(SKY_SCALE), Vec3::splat(MAX_SKY_SCALE))
     };
     Sky {
         kind,
-        scale: domes.map(scale),
+        scale: [scale(0), scale(1)],
         suns: Vec::new(),
     }
 }

@@ -32,6 +32,8 @@ pub struct MaterialSet {
     pub sky: Sky,
     /// Radiance that the level asks of the upper and the lower half of the sky; 0 where it does not.
     pub domes: [Vec3; 2],
+    /// The pictures of the level's skybox, until the sky is made of them.
+    pub skybox: Option<Vec<Texture>>,
     /// Texels that emit, over all emission pictures.
     pub emissive_texels: usize,
     /// By kind, the first material of a liquid of the world that light passes into: it says what
@@ -51,6 +53,7 @@ impl MaterialSet {
             textures: Vec::new(),
             sky: Sky::default(),
             domes,
+            skybox: None,
             emissive_texels: 0,
             fills: BTreeMap::new(),
             liquid_alphas,

@@ -11,7 +11,7 @@ use super::suns::SkyLight;
 use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
-use super::{cameras, cells, emitters, items, lights, poses, seal, suns, trees};
+use super::{cameras, cells, emitters, items, lights, poses, seal, sky, suns, trees};
 use crate::emitter::{Emitter, Emitters};
 use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
@@ -78,12 +78,17 @@ impl<'a> World<'a> {
             // The sky shows as in Quake, and compilers' suns are not seen.
             _ => SkyLight::default(),
         };
+        let mut set = MaterialSet::new(sky_light.domes, LiquidAlphas::of(level.entities.first()));
+        set.skybox = (level.entities.first())
+            .and_then(|world| world.get_any(&["sky", "skyname", "qlsky"]))
+            .filter(|name| !name.is_empty())
+            .and_then(|name| sky::skybox(name, files, &options.limits, &mut notes));
         Self {
             level,
             palette,
             files,
             options,
-            set: MaterialSet::new(sky_light.domes, LiquidAlphas::of(level.entities.first())),
+            set,
             suns: sky_light.suns,
             notes,
             report: Report::default(),
@@ -464,14 +469,6 @@ impl<'a> World<'a> {
             return;
         };
         let notes = &mut self.notes;
-        if let Some(name) = world
-            .get_any(&["sky", "skyname", "qlsky"])
-            .filter(|s| !s.is_empty())
-        {
-            notes.add("skybox", || {
-                format!("the skybox {name:?} is not modelled: the scrolling sky is shown")
-            });
-        }
         if world
             .float_loose("fog")
             .is_some_and(|density| density > 0.0)

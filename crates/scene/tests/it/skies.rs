@@ -1,6 +1,6 @@
 //! Suns, domes and the brightness of the sky's picture.
 
-use crate::common::{room, scene_of};
+use crate::common::{palette, room, scene_of};
 use glam::Vec3;
 use scene::Scene;
 use scene::import::{DOME_RADIANCE, ImportOptions, LightMode, MAX_SKY_SCALE, SUN_RADIUS_DEG};
@@ -199,4 +199,101 @@ fn a_black_sky_that_is_asked_for_light_is_plain() {
     let scene = imported(&map);
     assert!(matches!(scene.sky.kind, SkyKind::Scrolling { .. }));
     assert_eq!(scene.emitters.alias.len(), 1);
+}
+
+/// An uncompressed TGA of one colour, 2 by 2 texels.
+fn tga([r, g, b]: [u8; 3]) -> Vec<u8> {
+    let mut file = vec![0; 18];
+    (file[2], file[12], file[14], file[16]) = (2, 2, 2, 24);
+    file.extend([b, g, r].repeat(4));
+    file
+}
+
+fn with_files(map: &mapc::Map, files: &[(&str, Vec<u8>)]) -> Scene {
+    let files = |path: &str| {
+        let found = files.iter().find(|(name, _)| *name == path);
+        found.map(|(_, bytes)| bytes.clone())
+    };
+    let options = ImportOptions::default();
+    scene::import::import(&crate::common::compile(map), &palette(), &files, &options)
+        .expect("a scene")
+}
+
+#[test]
+fn skyboxes_take_the_place_of_the_level_s_sky() {
+    let mut map = open_room("sky1");
+    map.world_key("_sky", "night_");
+    map.world_key("_sunlight3", "200");
+    let colors = [10, 20, 30, 40, 250, 60].map(|grey| [grey, grey, 2 * (grey / 2)]);
+    let names = ["rt", "bk", "lf", "ft", "up", "dn"].map(|s| format!("gfx/env/night_{s}.tga"));
+    let mut files: Vec<(&str, Vec<u8>)> = (names.iter())
+        .zip(colors)
+        .map(|(name, color)| (name.as_str(), tga(color)))
+        .collect();
+    let scene = with_files(&map, &files);
+    let SkyKind::Box(first) = scene.sky.kind else {
+        panic!("{:?}", scene.sky);
+    };
+    for (i, color) in colors.into_iter().enumerate() {
+        let side = &scene.textures[first.0 as usize + i];
+        assert_eq!(
+            (side.width, side.rgba[3]),
+            (2, [color[0], color[1], color[2], 255])
+        );
+    }
+    assert!(!scene.report.warnings.iter().any(|w| w.contains("skybox")));
+    // From the ground one sees the zenith's side, of 55 % of the cosine-weighted hemisphere.
+    let linear = |grey: u8| srgb_to_linear(grey) as f32;
+    let top = 4.0 / PI * 0.5f32.sqrt() * 0.5f32.sqrt().atan();
+    assert!((top - 0.5541).abs() < 1e-4);
+    let around = [10, 20, 30, 40].map(linear).iter().sum::<f32>() / 4.0;
+    let upper = top * linear(250) + (1.0 - top) * around;
+    let lower = top * linear(60) + (1.0 - top) * around;
+    let asked = 200.0 * DOME_RADIANCE;
+    assert_eq!(scene.sky.scale[0], Vec3::ONE);
+    assert!((scene.sky.scale[1].x * lower / asked - 1.0).abs() < 1e-3);
+    let weight = scene
+        .materials
+        .iter()
+        .map(|m| m.emission_weight)
+        .fold(0.0, f32::max);
+    assert!((weight / asked.max(upper) - 1.0).abs() < 1e-3, "{weight}");
+
+    // A side that is missing, and one that is broken, are black.
+    files.remove(4);
+    files[0].1.truncate(20);
+    let scene = with_files(&map, &files);
+    let SkyKind::Box(first) = scene.sky.kind else {
+        panic!("{:?}", scene.sky);
+    };
+    for side in [0, 4] {
+        assert_eq!(
+            scene.textures[first.0 as usize + side].rgba,
+            [[0, 0, 0, 255]]
+        );
+    }
+    let told = |text| {
+        scene
+            .report
+            .warnings
+            .iter()
+            .any(|w: &String| w.contains(text))
+    };
+    assert!(
+        told("lacks sides, which are black: up"),
+        "{:?}",
+        scene.report.warnings
+    );
+    assert!(told("night_rt.tga"), "{:?}", scene.report.warnings);
+
+    // Without any, the level's own sky is there.
+    let scene = with_files(&map, &[]);
+    assert!(matches!(scene.sky.kind, SkyKind::Scrolling { .. }));
+    assert!(
+        scene
+            .report
+            .warnings
+            .iter()
+            .any(|w| w.contains("no picture of the skybox"))
+    );
 }

@@ -158,6 +158,7 @@ pub fn level_hash(scene: &Scene) -> String {
     }
     match sky.kind {
         SkyKind::None => h.int(0),
+        SkyKind::Box(first) => h.int(3).int(first.0.into()),
         SkyKind::Flat(radiance) => h.int(1).floats(radiance.to_array()),
         SkyKind::Scrolling { back, front } => h.int(2).int(back.0.into()).int(front.0.into()),
     };

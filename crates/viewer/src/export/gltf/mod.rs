@@ -10,7 +10,7 @@ use crate::output::PartFile;
 use anyhow::{Result, bail};
 use buffer::Buffer;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use scene::sky::SkyKind;
+use scene::sky::{BOX_SIDES, SkyKind};
 use scene::{Camera, Instance, Material, Mesh, PointLight, Scene, Surface, TextureId};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -270,6 +270,16 @@ fn mean_sky(scene: &Scene) -> Vec3 {
     match scene.sky.kind {
         SkyKind::None => Vec3::ZERO,
         SkyKind::Flat(radiance) => radiance * scene.sky.scale[0],
+        SkyKind::Box(first) => {
+            let sides = (scene.textures.iter())
+                .skip(first.0 as usize)
+                .take(BOX_SIDES);
+            let texels = || sides.clone().flat_map(|side| &side.rgba);
+            let sum: DVec3 = texels()
+                .map(|&[r, g, b, _]| DVec3::from([r, g, b].map(scene::material::srgb_to_linear)))
+                .sum();
+            (sum / texels().count().max(1) as f64).as_vec3() * scene.sky.scale[0]
+        }
         SkyKind::Scrolling { back, front } => {
             let [back, front] = [back, front].map(|id| &scene.textures[id.0 as usize].rgba);
             let shown = |i: usize| match front[i] {

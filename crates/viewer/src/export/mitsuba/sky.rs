@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use scene::sky::{BACK_SPEED, FRONT_SPEED, SkyKind, Sun, scroll_uv};
+use scene::sky::{BACK_SPEED, BOX_SIDES, FRONT_SPEED, SkyKind, Sun, box_texel, box_uv, scroll_uv};
 use scene::{Scene, Sky, Texture};
 
 /// Pixels across; half of it, down.
@@ -72,14 +72,15 @@ impl Frame {
 
 /// What the sky shows in a direction; the transport's definition.
 struct Lookup<'a> {
-    picture: Picture,
+    picture: Picture<'a>,
     scale: [DVec3; 2],
     suns: &'a [Sun],
 }
 
-enum Picture {
+enum Picture<'a> {
     Flat(DVec3),
     Scrolling { back: Layer, front: Layer },
+    Box(&'a [Texture]),
 }
 
 /// A layer with its radiances, and where it has scrolled to.
@@ -125,6 +126,10 @@ impl<'a> Lookup<'a> {
             picture: match scene.sky.kind {
                 SkyKind::None => return None,
                 SkyKind::Flat(radiance) => Picture::Flat(radiance.as_dvec3()),
+                SkyKind::Box(first) => {
+                    let first = first.0 as usize;
+                    Picture::Box(scene.textures.get(first..first + BOX_SIDES)?)
+                }
                 SkyKind::Scrolling { back, front } => Picture::Scrolling {
                     back: layer(back, BACK_SPEED, false)?,
                     front: layer(front, FRONT_SPEED, true)?,
@@ -138,6 +143,11 @@ impl<'a> Lookup<'a> {
     fn radiance(&self, direction: DVec3) -> DVec3 {
         let shown = match &self.picture {
             Picture::Flat(radiance) => *radiance,
+            Picture::Box(sides) => {
+                let (side, place) = box_uv(direction.to_array());
+                let [r, g, b, _] = sides[side].rgba[box_texel(&sides[side], place)];
+                DVec3::from([r, g, b].map(scene::material::srgb_to_linear))
+            }
             Picture::Scrolling { back, front } => {
                 // At time 0 nothing has scrolled.
                 let uv = scroll_uv(direction.to_array(), 0.0, 0.0);
@@ -160,7 +170,7 @@ pub fn has_directions(sky: &Sky) -> bool {
     match sky.kind {
         SkyKind::None => false,
         SkyKind::Flat(_) => sky.scale[0] != sky.scale[1] || !sky.suns.is_empty(),
-        SkyKind::Scrolling { .. } => true,
+        SkyKind::Scrolling { .. } | SkyKind::Box(_) => true,
     }
 }
 
