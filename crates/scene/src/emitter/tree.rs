@@ -144,7 +144,7 @@ fn split(entries: &mut [Entry], depth: u32) -> usize {
     let size = max - min;
     let half = entries.len() / 2;
     let must_halve = entries.len() as u64 > 1 << (MOST_DEPTH - 1).saturating_sub(depth);
-    if must_halve || !(size.max_element() > 0.0) {
+    if must_halve || size.max_element() <= 0.0 || !size.is_finite() {
         // Any halves will do, along the longest side.
         let axis = (0..3).fold(0, |best, i| if size[i] > size[best] { i } else { best });
         entries.select_nth_unstable_by(half, |a, b| {
