@@ -24,3 +24,5 @@ layout(constant_id = 12) const bool HAS_GLOSS = true;
 layout(constant_id = 13) const bool HAS_NORMAL_MAPS = true;
 layout(constant_id = 14) const bool HAS_COMPILER_LIGHTS = false;
 layout(constant_id = 15) const bool HAS_BAKED_LIGHT = false;
+layout(constant_id = 16) const uint CANDIDATES = 1u;
+layout(constant_id = 17) const bool SOBOL = false;

@@ -8,7 +8,7 @@ use rt::{Gpu, Options, PathTracer, Vulkan, Yardstick};
 use runelight_tests::levels;
 use scene::Scene;
 use scene::import::LightMode;
-use scene::render::{Estimator, Renderer, Selection, Settings};
+use scene::render::{CANDIDATES, Estimator, Renderer, Sampler, Selection, Settings};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -101,6 +101,8 @@ fn settings(
         camera: scene.cameras[0].clone(),
         estimator,
         selection,
+        candidates: CANDIDATES,
+        sampler: Sampler::Independent,
         depth: DEPTH,
         time: 0.0,
         seed: 0,

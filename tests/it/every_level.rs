@@ -38,6 +38,8 @@ fn every_level_renders() {
                 camera: scene.cameras[0].clone(),
                 estimator: Estimator::Mis,
                 selection: scene::render::Selection::default(),
+                candidates: scene::render::CANDIDATES,
+                sampler: scene::render::Sampler::Independent,
                 depth: 8,
                 time: 0.0,
                 seed: 0,

@@ -8,7 +8,9 @@ use runelight_tests::scenes::{room, room_view};
 use runelight_tests::stats::ZTest;
 use scene::cells::{CELL, CellNode, LightCells};
 use scene::light::{PointLight, Spot};
-use scene::render::{ESCAPES_KEPT, Escape, Estimator, Film, Renderer, Selection, Settings};
+use scene::render::{
+    ESCAPES_KEPT, Escape, Estimator, Film, Renderer, Sampler, Selection, Settings,
+};
 use scene::{Scene, Sun};
 use std::sync::Arc;
 
@@ -187,5 +189,31 @@ fn every_selection_has_the_same_expectation() {
                 assert_ne!(films[0].estimated_relmse(), film.estimated_relmse());
             }
         }
+    }
+}
+
+#[test]
+fn sobol_points_have_the_same_expectation_and_less_error() {
+    let scene = room_with_lamps();
+    for device in Device::ALL {
+        let mut view = settings(room_view(), 24, Estimator::Mis, 3);
+        let truth = render(device, &scene, &view, 2048);
+        view.seed = 1;
+        let errors = Sampler::ALL.map(|sampler| {
+            view.sampler = sampler;
+            let film = render(device, &scene, &view, 64);
+            // Few samples, and the spread of Sobol' points tells too much: the means are compared.
+            let z = ZTest::new(&truth, &film);
+            assert!(z.mean_z < 4.5, "{} on {device:?}: {z:?}", sampler.name());
+            let squares = (film.beauty.iter().flatten())
+                .zip(truth.beauty.iter().flatten())
+                .map(|(a, b)| f64::from(a - b).powi(2));
+            squares.sum::<f64>()
+        });
+        let [independent, sobol] = errors;
+        assert!(
+            sobol < 0.7 * independent,
+            "{sobol} {independent} on {device:?}"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, DVec3, Vec3};
 use scene::material::{luminance, srgb_to_linear};
-use scene::render::{Estimator, Film, Selection, Settings};
+use scene::render::{Estimator, Film, Sampler, Selection, Settings};
 use scene::{
     Camera, Emitters, Instance, Material, MaterialId, Mesh, PointLight, Scene, Texture, TextureId,
     Triangle,
@@ -277,6 +277,9 @@ pub fn settings(camera: Camera, size: u32, estimator: Estimator, depth: u32) -> 
         camera,
         estimator,
         selection: Selection::default(),
+        // Enough to be resampled, and quick.
+        candidates: 2,
+        sampler: Sampler::Independent,
         depth,
         time: 0.0,
         seed: 1,

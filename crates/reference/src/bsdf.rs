@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn densities_integrate_to_one_and_samples_follow_them() {
-        let mut rng = Rng::new(1, 2, 3);
+        let mut rng = Rng::new(scene::render::Sampler::Independent, 1, 2, 3);
         for (roughness, metallic, cos) in [(0.3, 0.0, 0.5), (0.7, 1.0, 0.2), (1.0, 0.3, 0.9)] {
             let bsdf = surface(0.6, roughness, metallic, cos);
             // Over cells of equal solid angle: 16 of height, 32 around.

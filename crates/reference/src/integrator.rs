@@ -77,6 +77,7 @@ pub(crate) fn trace_path(
     let (mut passed, mut passages) = (0.0, 0);
     let mut k = 1_u32;
     loop {
+        rng.begin_vertex(k);
         sample.rays += 1;
         let Some(hit) = world.closest_hit(&ray, passed, stack) else {
             sample.escaped = Some(ray);
@@ -146,7 +147,7 @@ pub(crate) fn trace_path(
                 bsdf,
                 absorption: depth_along.absorption(),
             };
-            let light = sample_light(world, estimator, &choice, &vertex, rng, stack);
+            let light = sample_light(world, settings, &choice, &vertex, rng, stack);
             sample.rays += u64::from(light.rays);
             sample.add(k + 1, throughput * light.radiance);
         }

@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use reference::Reference;
-//! use scene::render::{Estimator, Renderer, Selection, Settings};
+//! use scene::render::{Estimator, Renderer, Sampler, Selection, Settings};
 //! use std::sync::Arc;
 //!
 //! let settings = Settings {
@@ -25,6 +25,8 @@
 //!     },
 //!     estimator: Estimator::Mis,
 //!     selection: Selection::Power,
+//!     candidates: 1,
+//!     sampler: Sampler::Independent,
 //!     depth: 3,
 //!     time: 0.0,
 //!     seed: 0,
@@ -50,6 +52,7 @@ mod passage;
 mod rng;
 pub mod shading;
 mod sky;
+mod sobol;
 mod triangle;
 mod world;
 
@@ -188,7 +191,12 @@ impl View {
             let place = first + i;
             for _ in 0..how_many(place) {
                 let number = pixel.samples;
-                let mut rng = Rng::new(self.settings.seed, place as u64, u64::from(number));
+                let mut rng = Rng::new(
+                    self.settings.sampler,
+                    self.settings.seed,
+                    place as u64,
+                    number,
+                );
                 let ray = self.camera_ray(place, rng.next2());
                 let path = trace_path(&self.world, &self.settings, ray, &mut rng, &mut stack);
                 let radiance = path.emission + path.direct + path.indirect;

@@ -14,7 +14,7 @@ use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
 use scene::light::CompilerLight;
-use scene::render::Estimator;
+use scene::render::{Estimator, MOST_CANDIDATES, Settings};
 
 /// A light sample at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,47 +53,40 @@ pub(crate) struct Vertex<'a> {
     pub absorption: DVec3,
 }
 
-/// Samples one light as seen from a vertex, by the choice there.
+/// Samples one light as seen from a vertex, out of several candidates by the choice there: in
+/// proportion to the luminance that each would add, and for the mean of all (Talbot, Cline and Egbert
+/// 2005). The weights against hitting the light are those of a single candidate.
 pub(crate) fn sample_light(
     world: &World,
-    estimator: Estimator,
+    settings: &Settings,
     choice: &Choice<'_>,
     vertex: &Vertex<'_>,
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> LightSample {
-    let point = &vertex.point;
     let emitters = &world.scene.emitters;
     if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
         return LightSample::default();
     }
-    let Some(entry) = choice.sample(rng) else {
-        return LightSample::default();
-    };
-    let u = rng.next2();
-    let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
-    let candidate = if entry < listed {
-        sample_emitter(world, estimator, choice, vertex, entry as u32, u)
-    } else if entry < listed + lights {
-        let light = &world.scene.lights[entry - listed];
-        let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
-        let pdf_choice = choice.probability(entry as u32, power);
-        match &light.compiler {
-            None => sample_point_light(point, light, pdf_choice, u),
-            Some(compiler) => compiler_candidate(point, light, compiler, pdf_choice),
+    let count = settings.candidates.clamp(1, MOST_CANDIDATES);
+    let (mut kept, mut sum) = (None, 0.0);
+    for _ in 0..count {
+        let candidate = sample_candidate(world, settings.estimator, choice, vertex, rng);
+        if let Some(candidate) = candidate {
+            let reflected = candidate.radiance * vertex.bsdf.eval(candidate.direction);
+            // Compilers know lights that take light away.
+            let target = luminance(reflected.abs());
+            sum += target;
+            if rng.next() * sum < target {
+                kept = Some((candidate, reflected, target));
+            }
         }
-    } else {
-        sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
-    };
-    let Some(Candidate {
-        radiance,
-        direction,
-        end,
-    }) = candidate
-    else {
+    }
+    let Some((Candidate { direction, end, .. }, reflected, target)) = kept else {
         return LightSample::default();
     };
-    let origin = point.spawn_origin();
+    let radiance = reflected * (sum / (target * f64::from(count)));
+    let origin = vertex.point.spawn_origin();
     let (arriving, rays) = match end {
         End::At(end) => {
             let arriving = world.transmittance(vertex.absorption, origin, end, stack);
@@ -108,9 +101,41 @@ pub(crate) fn sample_light(
         radiance: if arriving == DVec3::ZERO {
             DVec3::ZERO
         } else {
-            radiance * vertex.bsdf.eval(direction) * arriving
+            radiance * arriving
         },
         rays,
+    }
+}
+
+/// Luminance of linear RGB.
+fn luminance(rgb: DVec3) -> f64 {
+    rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// One light sample as seen from a point; `None` if it can add nothing.
+fn sample_candidate(
+    world: &World,
+    estimator: Estimator,
+    choice: &Choice<'_>,
+    vertex: &Vertex<'_>,
+    rng: &mut Rng,
+) -> Option<Candidate> {
+    let emitters = &world.scene.emitters;
+    let entry = choice.sample(rng)?;
+    let u = rng.next2();
+    let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
+    if entry < listed {
+        sample_emitter(world, estimator, choice, vertex, entry as u32, u)
+    } else if entry < listed + lights {
+        let light = &world.scene.lights[entry - listed];
+        let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
+        let pdf_choice = choice.probability(entry as u32, power);
+        match &light.compiler {
+            None => sample_point_light(&vertex.point, light, pdf_choice, u),
+            Some(compiler) => compiler_candidate(&vertex.point, light, compiler, pdf_choice),
+        }
+    } else {
+        sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
     }
 }
 

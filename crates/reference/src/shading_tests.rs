@@ -1,5 +1,6 @@
 use super::*;
 use crate::rng::Rng;
+use scene::render::Sampler;
 
 const CELLS: usize = 16;
 
@@ -8,7 +9,7 @@ const CELLS: usize = 16;
 fn check_directions(what: &str, sample: impl Fn([f64; 2]) -> DVec3, pdf: impl Fn(DVec3) -> f64) {
     let n = 400_000;
     let mut counts = [[0.0; CELLS]; CELLS];
-    let mut rng = Rng::new(7, 8, 9);
+    let mut rng = Rng::new(Sampler::Independent, 7, 8, 9);
     for _ in 0..n {
         let d = sample(rng.next2());
         assert!((d.length() - 1.0).abs() < 1e-12);
@@ -91,7 +92,7 @@ fn cone_directions_are_uniform_in_the_cap() {
         let (tangent, bitangent) = orthonormal_basis(axis);
         let n = 100_000;
         let mut counts = [0.0_f64; 64];
-        let mut rng = Rng::new(4, 5, 6);
+        let mut rng = Rng::new(Sampler::Independent, 4, 5, 6);
         for _ in 0..n {
             let (d, _) = sample_sphere_cone(axis, height, rng.next2());
             let row = (1.0 - d.dot(axis)) / height;
@@ -114,7 +115,7 @@ fn triangle_points_are_uniform() {
     // Four triangles of equal area make up the triangle.
     let mut counts = [0.0; 4];
     let n = 100_000;
-    let mut rng = Rng::new(1, 2, 3);
+    let mut rng = Rng::new(Sampler::Independent, 1, 2, 3);
     for _ in 0..n {
         let w = sample_triangle(rng.next2());
         assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-12 && w.iter().all(|&x| x >= 0.0));
@@ -144,7 +145,7 @@ fn the_near_surface_of_a_sphere_is_on_the_sphere() {
     let (distance, radius) = (10.0, 3.0);
     let height = sphere_cone_height((radius / distance) * (radius / distance));
     let axis = DVec3::new(0.6, 0.0, 0.8);
-    let mut rng = Rng::new(1, 1, 1);
+    let mut rng = Rng::new(Sampler::Independent, 1, 1, 1);
     for _ in 0..1000 {
         let (direction, h) = sample_sphere_cone(axis, height, rng.next2());
         assert!((1.0 - direction.dot(axis) - h).abs() < 1e-12);

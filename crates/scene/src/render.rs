@@ -70,6 +70,31 @@ impl Selection {
     }
 }
 
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Sampler {
+    /// All independent: the spread of a pixel's samples tells the error of their mean.
+    #[default]
+    Independent,
+    /// Owen-scrambled Sobol' points: a pixel's samples fill the space of paths evenly. The error is
+    /// smaller than their spread tells.
+    Sobol,
+}
+
+impl Sampler {
+    /// All samplers.
+    pub const ALL: [Self; 2] = [Self::Independent, Self::Sobol];
+
+    /// The name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Sobol => "sobol",
+        }
+    }
+}
+
 /// Everything a picture depends on besides the scene.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -83,6 +108,11 @@ pub struct Settings {
     pub estimator: Estimator,
     /// How lights are chosen by the estimators that sample them.
     pub selection: Selection,
+    /// Light samples of which one is kept and looked at, 1 to [`MOST_CANDIDATES`]: in proportion to
+    /// what each would add to the picture.
+    pub candidates: u32,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
     /// Path vertices after the camera: 1 is emission seen directly, 2 adds direct light on seen
     /// surfaces, and so on; 0 is unlimited with Russian roulette.
     pub depth: u32,
@@ -93,6 +123,11 @@ pub struct Settings {
     /// Whether the layers besides beauty and variance are wanted.
     pub aovs: bool,
 }
+
+/// Most [`Settings::candidates`].
+pub const MOST_CANDIDATES: u32 = 32;
+/// [`Settings::candidates`] where nothing says otherwise.
+pub const CANDIDATES: u32 = 8;
 
 /// Russian roulette starts after this many path vertices when the depth is unlimited.
 pub const ROULETTE_START: u32 = 3;

@@ -56,6 +56,8 @@ fn bias_of(factor: f32, cache: &Path) -> Bias {
         levels: Vec::new(),
         may_lack_levels: false,
         curves: vec![(Estimator::Mis, Selection::Power)],
+        candidates: 1,
+        sampler: scene::render::Sampler::Independent,
         budgets: [8, 16, 32].map(Budget::Samples).to_vec(),
         size: (32, 18),
         depth: 3,

@@ -8,7 +8,7 @@ use crate::vk::{
     Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
     Specialization,
 };
-use scene::render::{Estimator, Selection, Settings};
+use scene::render::{Estimator, MOST_CANDIDATES, Sampler, Selection, Settings};
 use std::sync::Arc;
 
 /// Where rays are logged, for the yardstick.
@@ -94,6 +94,8 @@ impl PathTrace {
             u32::from(features.normal_maps),
             u32::from(features.compiler_lights),
             u32::from(features.baked_light),
+            settings.candidates.clamp(1, MOST_CANDIDATES),
+            u32::from(settings.sampler == Sampler::Sobol),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

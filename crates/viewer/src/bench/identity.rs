@@ -350,6 +350,8 @@ mod tests {
             },
             estimator: scene::render::Estimator::Mis,
             selection: Default::default(),
+            candidates: 1,
+            sampler: scene::render::Sampler::Independent,
             depth: 3,
             time: 0.0,
             seed: 0,

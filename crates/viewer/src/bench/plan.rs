@@ -2,7 +2,7 @@
 
 use super::result::Budget;
 use crate::cli::{Bench as Args, CameraChoice, Lights, SceneArgs};
-use scene::render::{Estimator, Selection};
+use scene::render::{Estimator, Sampler, Selection};
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -13,6 +13,10 @@ pub struct Plan {
     pub may_lack_levels: bool,
     /// Curves of every view.
     pub curves: Vec<(Estimator, Selection)>,
+    /// Light samples of which one is kept.
+    pub candidates: u32,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
     /// Budgets, rising, samples before seconds.
     pub budgets: Vec<Budget>,
     /// Pixels across and down.
@@ -126,6 +130,8 @@ impl Plan {
             levels,
             may_lack_levels: args.suite && args.levels.is_empty(),
             curves,
+            candidates: args.candidates,
+            sampler: args.sampler.into(),
             budgets: budgets(args, preset),
             size: args.size.unwrap_or(preset.size),
             depth: args.depth.unwrap_or(preset.depth),

@@ -61,6 +61,8 @@ impl Job<'_> {
             camera: self.camera.clone(),
             estimator,
             selection,
+            candidates: self.plan.candidates,
+            sampler: self.plan.sampler,
             depth: self.plan.depth,
             time: self.plan.scene.at as f32,
             seed,

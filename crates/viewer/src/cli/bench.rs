@@ -1,8 +1,8 @@
 //! `runelight bench`.
 
-use super::shared::{CameraChoice, SceneArgs, number, parse_camera, parse_size};
+use super::shared::{CameraChoice, SamplerName, SceneArgs, number, parse_camera, parse_size};
 use clap::Args;
-use scene::render::{Estimator, Selection};
+use scene::render::{CANDIDATES, Estimator, MOST_CANDIDATES, Selection};
 use std::path::PathBuf;
 
 const BENCH_EXAMPLES: &str = "\
@@ -71,6 +71,18 @@ pub struct Bench {
     #[arg(long, value_name = "LIST", default_value = "power,leaf")]
     #[arg(value_parser = parse_selections, help_heading = "What is measured")]
     pub selections: List<Selection>,
+    /// Light samples of which one is kept and looked at with a shadow ray
+    #[arg(long, value_name = "N", default_value_t = CANDIDATES, help_heading = "What is measured")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_CANDIDATES)))]
+    pub candidates: u32,
+    /// Where random numbers come from
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "independent",
+        help_heading = "What is measured"
+    )]
+    pub sampler: SamplerName,
     /// Equal samples: samples per pixel, separated by commas [default: 16,64,256,1024]
     #[arg(long, value_name = "LIST", help_heading = "What is measured")]
     #[arg(value_parser = parse_spp)]

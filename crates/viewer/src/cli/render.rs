@@ -1,9 +1,12 @@
 //! `runelight render`.
 
-use super::shared::{EstimatorName, LightingName, SceneArgs, SelectionName, ViewArgs, number};
+use super::shared::{
+    EstimatorName, LightingName, SamplerName, SceneArgs, SelectionName, ViewArgs, number,
+};
 use crate::output::Layer;
 use crate::tonemap::Tonemap;
 use clap::{Args, ValueEnum};
+use scene::render::{CANDIDATES, MOST_CANDIDATES};
 use std::path::PathBuf;
 
 const RENDER_EXAMPLES: &str = "\
@@ -111,6 +114,18 @@ pub struct Render {
         help_heading = "Light"
     )]
     pub lighting: LightingName,
+    /// Light samples of which one is kept, by what each would add, and looked at with a shadow ray
+    #[arg(long, value_name = "N", default_value_t = CANDIDATES, help_heading = "Quality")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_CANDIDATES)))]
+    pub candidates: u32,
+    /// Where random numbers come from
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "sobol",
+        help_heading = "Quality"
+    )]
+    pub sampler: SamplerName,
     /// Same seed, same device, same picture bit for bit
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Quality")]
     pub seed: u64,

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use scene::camera::DEFAULT_FOV_DEG;
 use scene::import::Lighting;
-use scene::render::{Estimator, Selection};
+use scene::render::{Estimator, Sampler, Selection};
 use scene::{Camera, Scene};
 
 /// What a picture shows of a scene.
@@ -201,6 +201,24 @@ impl From<LightingName> for Lighting {
             LightingName::Compiler => Self::Compiler,
             LightingName::Lightmap => Self::Lightmap,
             LightingName::Fullbright => Self::Fullbright,
+        }
+    }
+}
+
+/// `--sampler`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerName {
+    /// All independent: error estimates hold
+    Independent,
+    /// Sobol' points, scrambled for every pixel: less noise, and error estimates read high
+    Sobol,
+}
+
+impl From<SamplerName> for Sampler {
+    fn from(name: SamplerName) -> Self {
+        match name {
+            SamplerName::Independent => Self::Independent,
+            SamplerName::Sobol => Self::Sobol,
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::level::Source;
 use crate::{Outcome, interrupt};
 use anyhow::Result;
 use scene::import::ImportOptions;
-use scene::render::{Estimator, Selection, Settings};
+use scene::render::{CANDIDATES, Estimator, Sampler, Selection, Settings};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -31,6 +31,8 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         camera: args.view.camera_of(&scene)?,
         estimator: Estimator::Mis,
         selection: Selection::default(),
+        candidates: CANDIDATES,
+        sampler: Sampler::Independent,
         depth: args.depth,
         time: args.scene.at as f32,
         seed: args.seed.into(),
