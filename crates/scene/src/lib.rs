@@ -202,6 +202,10 @@ pub struct Report {
     /// Light entities that are left out because a bright surface beside them is the same lamp, in
     /// order of the entities.
     pub lamp_pairs: Vec<LampPair>,
+    /// Textures that entries of the materials speak of, with those entries.
+    pub ruled: Vec<(String, Vec<String>)>,
+    /// Textures that a picture stands for, with its path.
+    pub replaced: Vec<(String, String)>,
     /// Oddities that were repaired or skipped, one sentence each.
     pub warnings: Vec<String>,
 }

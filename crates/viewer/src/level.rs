@@ -7,6 +7,7 @@ use bsp::lmp::Palette;
 use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
 use scene::import::ImportOptions;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 const SAMPLE_NAME: &str = "sample";
@@ -116,7 +117,14 @@ impl Loaded {
     /// # Errors
     /// When there is nothing to draw.
     pub fn import(&self, options: &ImportOptions) -> Result<Scene> {
-        let files = |path: &str| Some(self.search.read_optional(path).ok()??.bytes);
+        // Most names of replacing pictures are not there: a list answers faster than the file system.
+        let pictures: BTreeSet<String> = self.search.list("textures/").into_iter().collect();
+        let files = |path: &str| {
+            if path.starts_with("textures/") && !pictures.contains(&path.to_ascii_lowercase()) {
+                return None;
+            }
+            Some(self.search.read_optional(path).ok()??.bytes)
+        };
         Ok(scene::import::import(
             &self.level,
             &self.palette,

@@ -10,6 +10,7 @@
 //! - Liquid surfaces come in pairs that look both ways; one two-sided surface of each pair is kept.
 //! - Nothing is left out because it can't be seen from somewhere.
 
+mod appearance;
 mod baked;
 mod cameras;
 mod cells;
@@ -22,6 +23,7 @@ mod names;
 mod notes;
 mod picture;
 mod poses;
+pub mod rules;
 mod seal;
 mod sky;
 mod suns;
@@ -137,6 +139,10 @@ pub struct ImportOptions {
     pub show_boss_gate: bool,
     /// Skill of the single-player game whose entities appear: 0 easy, 1 normal, 2 hard, 3 nightmare.
     pub skill: u32,
+    /// What materials a person wants.
+    pub materials: rules::Rules,
+    /// Whether pictures in `textures/` replace those of the level.
+    pub replacements: bool,
     /// Limits for files that the import reads itself.
     pub limits: bsp::Limits,
 }
@@ -153,6 +159,8 @@ impl Default for ImportOptions {
             show_episode_gates: false,
             show_boss_gate: true,
             skill: 1,
+            materials: rules::Rules::default(),
+            replacements: true,
             limits: bsp::Limits::default(),
         }
     }
@@ -178,7 +186,7 @@ pub fn compiler_lights(level: &Level, sun_samples: u32) -> (CompilerLights, Vec<
 }
 
 /// Files beside a level: from a game path such as `maps/b_bh25.bsp` to bytes, `None` if there is no
-/// such file.
+/// such file. Asked often for what is not there: each texture has many names for pictures of its own.
 pub type Files<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
 
 /// Turns a level into a scene. `palette` is the game's; `files` gives the models of item boxes, and

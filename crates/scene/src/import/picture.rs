@@ -182,7 +182,7 @@ pub fn checkerboard(name: &str) -> Texture {
 
 /// Gives holes the colour of a near texel that is there, so that a filter that blends neighbours
 /// finds no foreign colour. Breadth first from the rims, wrapping.
-fn dilate(texture: &mut Texture) {
+pub fn dilate(texture: &mut Texture) {
     let (w, h) = (texture.width as usize, texture.height as usize);
     let mut queue: std::collections::VecDeque<usize> = (0..texture.rgba.len())
         .filter(|&i| texture.rgba[i][3] != 0)

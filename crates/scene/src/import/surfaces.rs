@@ -1,10 +1,12 @@
 //! The textures of a level into materials.
 
+use super::appearance::{self, Beside};
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed};
+use super::rules::{Kind, Rule};
 use super::sky;
-use super::translucent::{self, LiquidAlphas};
+use super::translucent::{self, GLASS_ALPHA, LiquidAlphas};
 use super::{ImportOptions, LightMode, Lighting};
 use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 use crate::sky::Sky;
@@ -39,6 +41,10 @@ pub struct MaterialSet {
     /// By kind, the first material of a liquid of the world that light passes into: it says what
     /// absorbs there.
     pub fills: BTreeMap<NameKind, MaterialId>,
+    /// By texture, the entries of the materials that speak of it.
+    pub ruled: BTreeMap<String, Vec<String>>,
+    /// By texture, the picture that stands for it.
+    pub replaced: BTreeMap<String, String>,
     liquid_alphas: LiquidAlphas,
     /// Name of the texture that decided the sky.
     pub sky_name: Option<String>,
@@ -56,6 +62,8 @@ impl MaterialSet {
             skybox: None,
             emissive_texels: 0,
             fills: BTreeMap::new(),
+            ruled: BTreeMap::new(),
+            replaced: BTreeMap::new(),
             liquid_alphas,
             sky_name: None,
         }
@@ -117,16 +125,23 @@ pub struct Surfaces<'a> {
     bsp: &'a Bsp,
     palette: &'a Palette,
     animation: &'a Animation,
+    beside: Beside<'a>,
     known: HashMap<(Option<usize>, LookKey), FaceSurface>,
 }
 
 impl<'a> Surfaces<'a> {
-    /// Surfaces of `bsp`, whose textures play `animation`.
-    pub fn new(bsp: &'a Bsp, animation: &'a Animation, palette: &'a Palette) -> Self {
+    /// Surfaces of `bsp`, whose textures play `animation`, with the pictures beside it.
+    pub fn new(
+        bsp: &'a Bsp,
+        animation: &'a Animation,
+        palette: &'a Palette,
+        beside: Beside<'a>,
+    ) -> Self {
         Self {
             bsp,
             palette,
             animation,
+            beside,
             known: HashMap::new(),
         }
     }
@@ -166,7 +181,12 @@ impl<'a> Surfaces<'a> {
         else {
             return missing("no texture", NameKind::Plain, set, options, notes);
         };
-        let kind = NameKind::of(&named.name);
+        // Other light than a renderer's own is there to be compared: it shows the level as it is.
+        let rule = match options.lighting {
+            Lighting::Physical => options.materials.of(&named.name),
+            _ => Rule::default(),
+        };
+        let kind = drawn_as(NameKind::of(&named.name), &rule);
         if kind == NameKind::Tool {
             return FaceSurface {
                 kind,
@@ -176,26 +196,46 @@ impl<'a> Surfaces<'a> {
                 translucent: false,
             };
         }
-        if !shown.has_pixels() {
-            if kind == NameKind::Sky {
-                return sky::surface(None, &named.name, set, notes);
-            }
-            return missing(&shown.name, kind, set, options, notes);
+        if !rule.entries.is_empty() {
+            set.ruled.insert(named.name.clone(), rule.entries.clone());
         }
-        let indexed = Indexed::new(shown, self.palette, kind == NameKind::Fence);
         if kind == NameKind::Sky {
-            return sky::surface(Some(indexed), &named.name, set, notes);
+            let indexed = (shown.has_pixels()).then(|| Indexed::new(shown, self.palette, false));
+            return sky::surface(indexed, &named.name, set, notes);
         }
-        let base = indexed.base();
-        let alpha = look.alpha.unwrap_or_else(|| set.liquid_alphas.get(kind));
-        let mut finish = translucent::finish(kind, alpha, &base);
+        let seen = appearance::of(
+            shown,
+            self.palette,
+            kind,
+            &rule,
+            self.beside,
+            options,
+            notes,
+        );
+        let Some(seen) = seen else {
+            return missing(&shown.name, kind, set, options, notes);
+        };
+        if let Some(path) = seen.replaced_by {
+            set.replaced.insert(shown.name.clone(), path);
+        }
+        let base = seen.base;
+        let size = [base.width, base.height];
+        // The materials know better than the level, and an entity better than its texture.
+        let glass = (rule.made_of == Some(Kind::Glass)).then_some(GLASS_ALPHA);
+        let alpha =
+            (rule.alpha.or(look.alpha).or(glass)).unwrap_or_else(|| set.liquid_alphas.get(kind));
+        let mut finish = translucent::finish(kind, alpha, &base, &rule);
         // All of a kind absorbs alike: what enters through one surface may leave through another.
         if let Some(first) = set
             .fills
             .get(&kind)
-            .filter(|_| finish.absorption != Vec3::ZERO)
+            .filter(|_| finish.absorption != Vec3::ZERO && rule.absorption.is_none())
         {
             finish.absorption = set.materials[first.0 as usize].finish.absorption;
+        }
+        finish.normals = seen.normals.map(|t| set.add_texture(t));
+        if let (Some(gloss), Some(picture)) = (&mut finish.gloss, seen.roughness) {
+            gloss.roughness_map = Some(set.add_texture(picture));
         }
         let mut material = Material {
             name: named.name.clone(),
@@ -203,7 +243,7 @@ impl<'a> Surfaces<'a> {
             base: set.add_texture(base),
             emission: None,
             // Only what is painted shines.
-            emission_scale: options.emission_scale * finish.alpha,
+            emission_scale: options.emission_scale * finish.alpha * rule.emission.unwrap_or(1.0),
             emission_weight: 0.0,
             alpha_tested: kind == NameKind::Fence,
             two_sided: kind.is_liquid(),
@@ -212,17 +252,20 @@ impl<'a> Surfaces<'a> {
         };
         match options.lighting {
             Lighting::Physical if options.lights != LightMode::Entities => {
-                emit(&mut material, &indexed, kind, set, options);
+                emit(&mut material, seen.emission, kind, &rule, set);
             }
             Lighting::Physical => {}
-            lighting => show(&mut material, &indexed, look.unlit, set, lighting),
+            lighting => {
+                let indexed = Indexed::new(shown, self.palette, kind == NameKind::Fence);
+                show(&mut material, &indexed, look.unlit, set, lighting);
+            }
         }
         let lamp = material.emission_weight > 0.0 && kind != NameKind::Slime;
         // Coordinates count texels of the picture that the face names, even while another frame
-        // of another size is shown.
+        // of another size is shown, or a finer picture in its place.
         let scale = [
-            f64::from(shown.width) / f64::from(named.width),
-            f64::from(shown.height) / f64::from(named.height),
+            f64::from(size[0]) / f64::from(named.width.max(1)),
+            f64::from(size[1]) / f64::from(named.height.max(1)),
         ];
         let material = set.add(material, lamp);
         if finish.absorption != Vec3::ZERO && look.alpha.is_none() {
@@ -231,10 +274,21 @@ impl<'a> Surfaces<'a> {
         FaceSurface {
             kind,
             scale,
-            size: [shown.width, shown.height],
+            size,
             material,
             translucent: finish.alpha < 1.0,
         }
+    }
+}
+
+/// What a texture is drawn as: as its name says, unless the materials say otherwise.
+fn drawn_as(named: NameKind, rule: &Rule) -> NameKind {
+    match rule.drawn_as {
+        Some(Kind::Liquid) if !named.is_liquid() => NameKind::Water,
+        Some(Kind::Fence) => NameKind::Fence,
+        Some(Kind::Sky) => NameKind::Sky,
+        Some(Kind::Solid) => NameKind::Plain,
+        _ => named,
     }
 }
 
@@ -276,10 +330,10 @@ fn missing(
 /// Lets a material emit: glowing liquids as a whole, others where texels are fullbright.
 fn emit(
     material: &mut Material,
-    indexed: &Indexed<'_>,
+    picture: Option<(Texture, usize)>,
     kind: NameKind,
+    rule: &Rule,
     set: &mut MaterialSet,
-    options: &ImportOptions,
 ) {
     let glow = match kind {
         NameKind::Lava => Some(LAVA_GLOW),
@@ -289,9 +343,17 @@ fn emit(
     };
     let emission = if let Some(glow) = glow {
         material.emission_scale *= glow;
-        set.emissive_texels += set.textures[material.base.0 as usize].rgba.len();
-        material.base
-    } else if let Some((picture, texels)) = indexed.emission(options.threshold) {
+        let base = &set.textures[material.base.0 as usize];
+        set.emissive_texels += base.rgba.len();
+        match rule.emission_color {
+            Some(colour) => {
+                let mut picture = base.clone();
+                appearance::tint(&mut picture, colour);
+                set.add_texture(picture)
+            }
+            None => material.base,
+        }
+    } else if let Some((picture, texels)) = picture {
         set.emissive_texels += texels;
         set.add_texture(picture)
     } else {

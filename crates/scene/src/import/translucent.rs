@@ -1,8 +1,10 @@
 //! Liquids and brush entities that light passes through.
 
 use super::names::NameKind;
+use super::rules::{Kind, Rule};
 use crate::Media;
 use crate::cells::{CELL, CellNode};
+use crate::gloss::Gloss;
 use crate::material::{Finish, MaterialId, Texture, srgb_to_linear};
 use bsp::Bsp;
 use bsp::bsp::contents;
@@ -26,6 +28,8 @@ pub const LAVA_DEPTH: f32 = 16.0;
 pub const CLEARNESS: f32 = 0.8;
 /// No channel of a hue counts as less.
 const LEAST_HUE: f32 = 0.02;
+/// Coverage of what the materials call glass, without a word on how much of it is opaque.
+pub const GLASS_ALPHA: f32 = 0.1;
 /// How far from a liquid's face it is asked on which side the liquid is, world units.
 const BESIDE: f64 = 0.5;
 
@@ -77,11 +81,40 @@ pub fn entity_alpha(entity: &Entity) -> Option<f32> {
         .map(|alpha| alpha.min(1.0))
 }
 
-/// The finish of a surface of this kind and coverage that shows `picture`.
-pub fn finish(kind: NameKind, alpha: f32, picture: &Texture) -> Finish {
-    if alpha >= 1.0 {
-        return Finish::default();
+/// The finish of a surface of this kind and coverage that shows `picture`, as `rule` would have it.
+pub fn finish(kind: NameKind, alpha: f32, picture: &Texture, rule: &Rule) -> Finish {
+    let mut finish = if alpha < 1.0 {
+        see_through(kind, alpha, picture)
+    } else {
+        Finish::default()
+    };
+    finish.gloss = gloss(rule);
+    if alpha < 1.0 {
+        finish.ior = rule.ior.unwrap_or(finish.ior);
+        finish.tint = rule.tint.map_or(finish.tint, Vec3::from);
+        finish.absorption = rule.absorption.map_or(finish.absorption, Vec3::from);
     }
+    finish
+}
+
+/// The gloss that a rule asks for.
+fn gloss(rule: &Rule) -> Option<Gloss> {
+    let (roughness, metallic) = match rule.made_of {
+        Some(Kind::Metal) => (0.35, 1.0),
+        Some(Kind::Gloss) => (0.3, 0.0),
+        Some(_) => return None,
+        None if [rule.roughness, rule.metallic, rule.specular] == [None; 3] => return None,
+        None => (0.5, 0.0),
+    };
+    Some(Gloss {
+        roughness: rule.roughness.unwrap_or(roughness),
+        metallic: rule.metallic.unwrap_or(metallic),
+        specular: rule.specular.unwrap_or(0.5),
+        roughness_map: None,
+    })
+}
+
+fn see_through(kind: NameKind, alpha: f32, picture: &Texture) -> Finish {
     let hue = hue(picture);
     let depth = match kind {
         NameKind::Water => WATER_DEPTH,

@@ -1,5 +1,6 @@
 //! Puts a scene together: meshes, instances, lights, cameras, report.
 
+use super::appearance::Beside;
 use super::baked::Baked;
 use super::emitters::Twice;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
@@ -104,7 +105,7 @@ impl<'a> World<'a> {
     /// Does all of it.
     pub fn build(mut self) -> Result<Scene, ImportError> {
         let Level { bsp, entities, .. } = self.level;
-        let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette);
+        let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette, self.beside());
         let world = self.model_mesh(&mut surfaces, bsp, 0, Look::default());
         self.report.open_edges = world.open_edges.len();
         self.seal(&world);
@@ -122,6 +123,13 @@ impl<'a> World<'a> {
         self.brush_entities(&mut surfaces, &poses);
         self.item_boxes(&poses);
         self.finish()
+    }
+
+    fn beside(&self) -> Beside<'a> {
+        Beside {
+            files: self.files,
+            map: &self.level.name,
+        }
     }
 
     /// The mesh of one brush model. Tool faces are left out and counted.
@@ -299,7 +307,7 @@ impl<'a> World<'a> {
             }
         };
         let animation = Animation::new(&bsp.textures, &mut warnings);
-        let mut surfaces = Surfaces::new(&bsp, &animation, self.palette);
+        let mut surfaces = Surfaces::new(&bsp, &animation, self.palette, self.beside());
         for warning in warnings.iter() {
             self.notes.add(&format!("{file} {warning}"), || {
                 format!("{file}: {warning}")
@@ -394,6 +402,8 @@ impl<'a> World<'a> {
 
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
+        self.report.ruled = self.set.ruled.into_iter().collect();
+        self.report.replaced = self.set.replaced.into_iter().collect();
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();

@@ -4,6 +4,7 @@ mod common;
 mod geometry;
 mod lamps;
 mod levels;
+mod materials;
 mod pictures;
 mod poses;
 mod skies;

@@ -366,6 +366,7 @@ mod tests {
             lights: crate::cli::Lights::Auto,
             threshold: 0.5,
             emission_scale: 4.0,
+            surfaces: Default::default(),
         };
         let of = |s: &Settings| settings_hash(s, &args);
         let base = of(&settings());

@@ -11,7 +11,8 @@ pub use compare::{Compare, Maxima};
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, Render};
 pub use shared::{
-    CameraChoice, EstimatorName, LightingName, Lights, SceneArgs, SelectionName, ViewArgs,
+    CameraChoice, EstimatorName, LightingName, Lights, SceneArgs, SelectionName, SurfaceArgs,
+    ViewArgs,
 };
 
 use clap::builder::styling::{AnsiColor, Styles};
@@ -132,6 +133,9 @@ pub struct Info {
     /// Relative luminance from which a fullbright texel emits, as for render
     #[arg(long, value_name = "T", default_value_t = 0.5, value_parser = shared::number(0.0, 1.0))]
     pub threshold: f64,
+    /// What surfaces are made of.
+    #[command(flatten)]
+    pub surfaces: SurfaceArgs,
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! Options that several commands have: where from, what is lit, how light is found.
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use scene::camera::DEFAULT_FOV_DEG;
 use scene::import::Lighting;
+use scene::import::rules::Rules;
 use scene::render::{Estimator, Sampler, Selection};
 use scene::{Camera, Scene};
+use std::io::Read as _;
 
 /// What a picture shows of a scene.
 #[derive(Clone, Debug, Args)]
@@ -114,19 +116,66 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X", default_value_t = 4.0, help_heading = "Light")]
     #[arg(value_parser = number(0.0, 1e6))]
     pub emission_scale: f64,
+    /// What surfaces are made of.
+    #[command(flatten)]
+    pub surfaces: SurfaceArgs,
+}
+
+/// What surfaces are made of.
+#[derive(Clone, Debug, Default, Args)]
+pub struct SurfaceArgs {
+    /// Materials by texture name: a TOML file of [[material]] entries, or `default` for common
+    /// families of Quake textures; several add up, and later entries win
+    #[arg(long, value_name = "FILE", help_heading = "Surfaces")]
+    pub materials: Vec<String>,
+    /// Leave pictures in textures/ alone that replace those of the level
+    #[arg(long, help_heading = "Surfaces")]
+    pub no_textures: bool,
+}
+
+impl SurfaceArgs {
+    /// The entries of all files, in order.
+    ///
+    /// # Errors
+    /// When a file cannot be read or is wrong.
+    pub fn rules(&self) -> Result<Rules> {
+        const DEFAULT: &str = include_str!(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../assets/materials/default.toml"
+        ));
+        /// No file of materials is longer.
+        const MAX_BYTES: u64 = 1 << 24;
+        self.materials
+            .iter()
+            .try_fold(Rules::default(), |rules, name| {
+                if name == "default" {
+                    return Ok(rules.and(Rules::parse(name, DEFAULT)?));
+                }
+                let file =
+                    std::fs::File::open(name).with_context(|| format!("--materials {name}"))?;
+                let mut text = String::new();
+                (file.take(MAX_BYTES).read_to_string(&mut text))
+                    .with_context(|| format!("--materials {name}"))?;
+                Ok(rules.and(Rules::parse(name, &text)?))
+            })
+    }
 }
 
 impl SceneArgs {
     /// What the import is told.
-    #[must_use]
-    pub fn import_options(&self) -> scene::import::ImportOptions {
-        scene::import::ImportOptions {
+    ///
+    /// # Errors
+    /// When a file of materials cannot be read or is wrong.
+    pub fn import_options(&self) -> Result<scene::import::ImportOptions> {
+        Ok(scene::import::ImportOptions {
+            materials: self.surfaces.rules()?,
+            replacements: !self.surfaces.no_textures,
             time: self.at as f32,
             threshold: self.threshold as f32,
             emission_scale: self.emission_scale as f32,
             lights: self.lights.into(),
             ..Default::default()
-        }
+        })
     }
 }
 

@@ -212,7 +212,7 @@ impl Run<'_> {
             Err(why) => return Err(why),
         };
         Ok(Some(Arc::new(
-            loaded.import(&self.plan.scene.import_options())?,
+            loaded.import(&self.plan.scene.import_options()?)?,
         )))
     }
 

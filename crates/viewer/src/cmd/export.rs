@@ -22,7 +22,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         .unwrap_or_else(|| format!("{}-{}", source.name(), args.format.name()).into());
     let options = ImportOptions {
         light_lists: false,
-        ..args.scene.import_options()
+        ..args.scene.import_options()?
     };
     let scene = source.load()?.import(&options)?;
     let settings = Settings {

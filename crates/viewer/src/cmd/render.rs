@@ -37,7 +37,7 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
         light_lists: estimator(args).samples_lights()
             && Selection::from(args.selection) == Selection::Leaf,
         lighting,
-        ..args.scene.import_options()
+        ..args.scene.import_options()?
     };
     let scene = Arc::new(source.load()?.import(&options)?);
     warn_of_oddities(&scene);

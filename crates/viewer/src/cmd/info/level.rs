@@ -12,6 +12,8 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
     let loaded = source.load()?;
     let options = ImportOptions {
         threshold: args.threshold as f32,
+        materials: args.surfaces.rules()?,
+        replacements: !args.surfaces.no_textures,
         light_lists: false,
         ..ImportOptions::default()
     };
@@ -92,6 +94,12 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         "cameras": cameras,
         "classes": classes,
         "texture_list": textures,
+        "material_entries": (scene.report.ruled.iter())
+            .map(|(texture, entries)| json!({ "texture": texture, "entries": entries }))
+            .collect::<Vec<_>>(),
+        "replaced_textures": (scene.report.replaced.iter())
+            .map(|(texture, path)| json!({ "texture": texture, "picture": path }))
+            .collect::<Vec<_>>(),
         "warnings": scene.report.warnings,
     });
     Ok(match told {
