@@ -138,11 +138,11 @@ impl Bsdf {
         (1.0 - g.share) * body + g.share * facets
     }
 
-    /// A direction by three uniform numbers: two for the direction, one for the part of the surface.
-    /// Its weight is 0 if it leads into the surface.
-    pub fn sample(&self, u: [f64; 2], choice: f64) -> Sample {
+    /// A direction by three uniform numbers: two for the direction, one for the part of the surface,
+    /// which is asked for only if there is more than one. Its weight is 0 if it leads into the surface.
+    pub fn sample(&self, u: [f64; 2], choice: impl FnOnce() -> f64) -> Sample {
         let direction = match self.gloss {
-            Some(g) if choice < g.share => {
+            Some(g) if choice() < g.share => {
                 let half = sample_visible_facet(self.normal, self.wo, g.width, u);
                 (half * (2.0 * self.wo.dot(half)) - self.wo).normalize()
             }
@@ -261,7 +261,7 @@ mod tests {
             for j in 0..side {
                 for choice in [0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95] {
                     let u = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(side));
-                    sum += bsdf.sample(u, choice).weight.x;
+                    sum += bsdf.sample(u, || choice).weight.x;
                 }
             }
         }
@@ -300,7 +300,8 @@ mod tests {
 
     #[test]
     fn densities_integrate_to_one_and_samples_follow_them() {
-        let mut rng = Rng::new(scene::render::Sampler::Independent, 1, 2, 3);
+        let [mut rng, mut choices] =
+            [1, 2].map(|seed| Rng::new(scene::render::Sampler::Independent, seed, 2, 3));
         for (roughness, metallic, cos) in [(0.3, 0.0, 0.5), (0.7, 1.0, 0.2), (1.0, 0.3, 0.9)] {
             let bsdf = surface(0.6, roughness, metallic, cos);
             // Over cells of equal solid angle: 16 of height, 32 around.
@@ -323,7 +324,7 @@ mod tests {
             let mut found = vec![0.0; expected.len()];
             let mut below = 0.0;
             for _ in 0..n {
-                let sample = bsdf.sample(rng.next2(), rng.next());
+                let sample = bsdf.sample(rng.next2(), || choices.next());
                 if sample.pdf > 0.0 {
                     found[cell(sample.direction)] += 1.0;
                 } else {
@@ -362,7 +363,7 @@ mod tests {
                     for i in 0..64 {
                         for j in 0..64 {
                             let u = [i, j].map(|k| (f64::from(k) + 0.5) / 64.0);
-                            let sample = bsdf.sample(u, 0.5);
+                            let sample = bsdf.sample(u, || 0.5);
                             sum += sample.weight.x;
                             assert!(sample.direction.z > 0.0 || sample.weight == DVec3::ZERO);
                         }

@@ -159,7 +159,7 @@ pub(crate) fn trace_path(
             let u = rng.next2();
             let next = match estimator {
                 Estimator::Uniform => bsdf.sample_uniformly(u),
-                _ => bsdf.sample(u, rng.next()),
+                _ => bsdf.sample(u, || rng.next()),
             };
             if next.weight == DVec3::ZERO {
                 return sample;
