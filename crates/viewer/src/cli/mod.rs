@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn options_of_later_features_are_not_there() {
-        for option in ["--denoise=svgf", "--materials=a.toml"] {
+        for option in ["--denoise=svgf", "--fog=0.1"] {
             assert_eq!(
                 fails(&["render", option]).kind(),
                 ErrorKind::UnknownArgument
