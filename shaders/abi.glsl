@@ -95,7 +95,8 @@ const uint PLANE_ALBEDO = 6u;
 const uint PLANE_NORMAL = 7u;
 // Film plane: sum of first-hit positions.
 const uint PLANE_POSITION = 8u;
-// Number of film planes with all layers.
+// Number of film planes with all layers. Sums of light by light style follow, from the second
+// one on.
 const uint PLANES_ALL = 9u;
 // Hit payload: no triangle was hit.
 const uint MISS = 4294967295u;
@@ -129,6 +130,7 @@ layout(buffer_reference) buffer NumberRef;
 layout(buffer_reference) buffer BakedTriangleRef;
 layout(buffer_reference) buffer BakedSampleRef;
 layout(buffer_reference) buffer LightRef;
+layout(buffer_reference) buffer StyleOfLightRef;
 layout(buffer_reference) buffer SunRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
@@ -365,6 +367,14 @@ struct Light {
     float angle_scale;
 };
 
+// Which light style a point light shines in.
+struct StyleOfLight {
+    // Number of its film plane from 1; 0 if it has none.
+    uint plane;
+    // Brightness of the style; 1 if it has no plane.
+    float brightness;
+};
+
 // A sun: a disc in the sky.
 struct Sun {
     // Unit direction to its middle.
@@ -413,6 +423,8 @@ struct SceneData {
     NumberRef trails;
     // Suns.
     SunRef suns;
+    // Light styles of the point lights.
+    StyleOfLightRef light_styles;
     // Grids of baked light.
     BakedTriangleRef baked;
     // Samples of baked light.
@@ -601,6 +613,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Bak
 // Point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightRef {
     Light at[];
+};
+
+// Light styles of the point lights.
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StyleOfLightRef {
+    StyleOfLight at[];
 };
 
 // Suns.

@@ -23,6 +23,12 @@ void film_store(uint plane, uint pixel, uint pixels, vec4 value) {
 // Samples the film holds of a pixel.
 uint samples_taken(uint pixel, uint pixels) { return uint(film_load(PLANE_BEAUTY, pixel, pixels).w); }
 
+// Adds light to the plane of a light style, from 1 on: nothing else writes there.
+void film_add_style(uint plane, uint pixel, uint pixels, vec3 radiance) {
+    const uint at = ((ALL_LAYERS ? PLANES_ALL : PLANES_BASIC) + plane - 1u) * pixels + pixel;
+    params.film.at[at].rgb += radiance;
+}
+
 struct FilmState {
     vec4 beauty;        // sum rgb, count
     vec4 deviation;     // sum of squared deviations rgb, id

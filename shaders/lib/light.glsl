@@ -9,7 +9,11 @@ struct LightSample {
     bool hittable;     // whether a ray in this direction would find the light too
     bool sun;          // seen where a sky face is the first thing hit, whatever its distance
     float angle_scale; // share of the cosine, of compiler lights alone
+    uint number;       // of the point light; NO_EMITTER for others
 };
+
+const LightSample NO_SAMPLE =
+    LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false, false, 1.0, NO_EMITTER);
 
 // What a compiler light makes of a cosine above 0, as a factor of it.
 float cosine_factor(LightSample light, float cosine) {
@@ -67,6 +71,7 @@ LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2
     LightSample s;
     s.emission = vec3(0.0);
     s.hittable = true;
+    s.number = NO_EMITTER;
     s.sun = false;
     Triangle t;
     vec2 b;
@@ -147,6 +152,7 @@ LightSample sample_sun(uint index, float chosen, uint cell, vec3 from, vec2 u) {
     const Sun sun = params.scene.at[0].suns.at[index];
     LightSample s;
     s.hittable = true;
+    s.number = NO_EMITTER;
     s.sun = true;
     s.t_max = params.t_max;
     s.wi = sample_cone(sun.direction, sun.one_minus_cos, u);
@@ -196,7 +202,7 @@ LightSample sample_light(uint cell, vec3 from, vec4 u) {
     float probability = 0.0;
     if (SELECTION == SELECTION_TREE) {
         chosen = sample_tree(from, u.xy, probability);
-        if (chosen == NO_EMITTER) return LightSample(vec3(0.0), 0.0, vec3(0.0), 0.0, false, false, 1.0);
+        if (chosen == NO_EMITTER) return NO_SAMPLE;
     } else {
         chosen = SELECTION == SELECTION_LEAF ? choose_listed(cell, u.xy) : choose_emitter(u.xy);
     }
@@ -207,5 +213,7 @@ LightSample sample_light(uint cell, vec3 from, vec4 u) {
     if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
         return sample_sun(chosen - params.scene.at[0].first_sun, probability, cell, from, u.zw);
     }
-    return sample_point_light(chosen - emitters, probability, cell, from, u.zw);
+    LightSample s = sample_point_light(chosen - emitters, probability, cell, from, u.zw);
+    s.number = chosen - emitters;
+    return s;
 }

@@ -6,6 +6,7 @@ struct ChosenLight {
     float t_max; // length of the shadow ray
     vec3 gain;   // what it adds to the path's radiance if nothing is between
     bool sun;    // seen where a sky face is the first thing hit
+    uint number; // of the point light; NO_EMITTER for others
 };
 
 // Resampled importance sampling (Talbot, Cline and Egbert, "Importance Resampling for Global
@@ -15,7 +16,7 @@ struct ChosenLight {
 // `n` is the face's normal on the viewer's side.
 ChosenLight choose_light(uint cell, vec3 from, Bsdf bsdf, vec3 wo, vec3 throughput, vec3 n, uint pixel,
                          uint index, uint dimension) {
-    ChosenLight kept = ChosenLight(vec3(0.0), 0.0, vec3(0.0), false);
+    ChosenLight kept = ChosenLight(vec3(0.0), 0.0, vec3(0.0), false, NO_EMITTER);
     float sum = 0.0, of_kept = 0.0;
     float u_keep = CANDIDATES > 1u
         ? random4(pixel, index, dimension + DIMENSION_KEEP, params.seed).x : 0.0;
@@ -29,14 +30,14 @@ ChosenLight choose_light(uint cell, vec3 from, Bsdf bsdf, vec3 wo, vec3 throughp
             ? pdf_bsdf(bsdf, wo, light.wi) : 0.0;
         const vec3 gain = throughput * eval_bsdf(bsdf, wo, light.wi) * light.emission
             * (cosine_factor(light, cos_i) * mis_weight(light.pdf, other) / light.pdf);
-        if (CANDIDATES == 1u) return ChosenLight(light.wi, light.t_max, gain, light.sun);
+        if (CANDIDATES == 1u) return ChosenLight(light.wi, light.t_max, gain, light.sun, light.number);
         const float target = luminance(abs(gain));
         if (!(target > 0.0)) continue;
         sum += target;
         // One number serves for all decisions: what is left of it is uniform again.
         const float share = target / sum;
         if (u_keep < share) {
-            kept = ChosenLight(light.wi, light.t_max, gain, light.sun);
+            kept = ChosenLight(light.wi, light.t_max, gain, light.sun, light.number);
             of_kept = target;
             u_keep /= share;
         } else {

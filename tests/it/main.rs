@@ -37,4 +37,5 @@ use runelight_tests::devices::{self, Device};
 use std::sync::Arc;
 
 on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "passages.rs",
-    skies: "skies.rs");
+    skies: "skies.rs",
+    styles: "styles.rs");

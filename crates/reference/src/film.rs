@@ -3,15 +3,18 @@
 use crate::integrator::PathSample;
 use glam::DVec3;
 use rayon::prelude::*;
-use scene::render::{Counters, Escape, Film};
+use scene::LightStyle;
+use scene::render::{Counters, Escape, Film, StyleLayer};
 
 /// Sums of one pixel's radiance.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PixelSums {
     /// Samples taken, those that were not finite among them.
     pub samples: u32,
     radiance: DVec3,
     squared: DVec3,
+    /// Of styles after the first, at brightness 1; empty until there is some.
+    styled: Box<[DVec3]>,
 }
 
 /// Sums of one pixel's layers.
@@ -36,6 +39,16 @@ impl PixelSums {
         }
         self.radiance += radiance;
         self.squared += radiance * radiance;
+    }
+
+    /// Adds light of the scene's styles, of which there are `count`, from a sample that is finite.
+    pub fn add_styled(&mut self, styled: &[(usize, DVec3)], count: usize) {
+        if self.styled.is_empty() && !styled.is_empty() {
+            self.styled = vec![DVec3::ZERO; count - 1].into();
+        }
+        for &(style, radiance) in styled {
+            self.styled[style - 1] += radiance;
+        }
     }
 
     fn mean(&self) -> DVec3 {
@@ -84,6 +97,7 @@ impl LayerSums {
 pub(crate) fn develop(
     [width, height]: [u32; 2],
     pixels: &[PixelSums],
+    styles: &[LightStyle],
     layers: &[LayerSums],
     counters: Counters,
     escapes: Vec<Escape>,
@@ -96,7 +110,16 @@ pub(crate) fn develop(
     };
     let samples = |p: &PixelSums| p.samples;
     let is_even = pixels.iter().all(|p| p.samples == pixels[0].samples);
+    let beauty: Vec<_> = pixels.par_iter().map(|p| vector(p.mean())).collect();
+    let styled = (1..styles.len()).map(|style| {
+        let sum = |p: &PixelSums| p.styled.get(style - 1).copied().unwrap_or_default();
+        pixels
+            .iter()
+            .map(|p| vector(sum(p) / p.divisor()))
+            .collect()
+    });
     Film {
+        styles: StyleLayer::all(styles, &beauty, styled),
         width,
         height,
         samples: (counters.paths as f64 / pixels.len() as f64).round() as u32,
@@ -105,7 +128,7 @@ pub(crate) fn develop(
         } else {
             pixels.iter().map(samples).collect()
         },
-        beauty: pixels.par_iter().map(|p| vector(p.mean())).collect(),
+        beauty,
         variance: pixels.par_iter().map(|p| vector(p.variance())).collect(),
         emission: layer(|l| l.emission),
         direct: layer(|l| l.direct),

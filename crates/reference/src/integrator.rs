@@ -13,7 +13,7 @@ use scene::Surface;
 use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
 
 /// What a path found.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PathSample {
     /// Radiance emitted at path vertex 1.
     pub emission: DVec3,
@@ -21,6 +21,8 @@ pub(crate) struct PathSample {
     pub direct: DVec3,
     /// Radiance reflected more than once.
     pub indirect: DVec3,
+    /// Of these, the light of styles that are told apart: its style, and its radiance at brightness 1.
+    pub styled: Vec<(usize, DVec3)>,
     /// What the camera ray hit.
     pub first: Option<FirstHit>,
     /// Rays traced.
@@ -40,6 +42,20 @@ pub(crate) struct FirstHit {
 }
 
 impl PathSample {
+    /// Adds light of a style that was sampled at path vertex `k - 1`, at brightness 1 if the styles are
+    /// told apart.
+    fn add_sampled(&mut self, k: u32, radiance: DVec3, style: usize, world: &World) {
+        if style == 0 || radiance == DVec3::ZERO {
+            self.add(k, radiance);
+            return;
+        }
+        self.add(
+            k,
+            radiance * f64::from(world.scene.styles[style].brightness),
+        );
+        self.styled.push((style, radiance));
+    }
+
     /// Adds radiance emitted at path vertex `k`.
     fn add(&mut self, k: u32, radiance: DVec3) {
         match k {
@@ -149,7 +165,7 @@ pub(crate) fn trace_path(
             };
             let light = sample_light(world, settings, &choice, &vertex, rng, stack);
             sample.rays += u64::from(light.rays);
-            sample.add(k + 1, throughput * light.radiance);
+            sample.add_sampled(k + 1, throughput * light.radiance, light.style, world);
         }
 
         let direction = if event == Event::Reflect {

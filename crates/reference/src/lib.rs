@@ -145,7 +145,10 @@ impl Renderer for Reference {
         let size = [self.view.settings.width, self.view.settings.height];
         let Tally { counters, escapes } = self.tally.clone();
         let (pixels, layers) = (&self.pixels, &self.layers);
-        Ok(film::develop(size, pixels, layers, counters, escapes))
+        let styles = &self.view.world.scene.styles;
+        Ok(film::develop(
+            size, pixels, styles, layers, counters, escapes,
+        ))
     }
 }
 
@@ -206,6 +209,9 @@ impl View {
                     if radiance.is_finite() {
                         layers.add_light(&path);
                     }
+                }
+                if radiance.is_finite() {
+                    pixel.add_styled(&path.styled, self.world.scene.styles.len());
                 }
                 pixel.add(radiance);
             }

@@ -21,6 +21,8 @@ use scene::render::{Estimator, MOST_CANDIDATES, Settings};
 pub(crate) struct LightSample {
     /// Radiance reflected towards the viewer.
     pub radiance: DVec3,
+    /// Which of the scene's styles it shines in; its brightness is not in the radiance.
+    pub style: usize,
     /// Rays that were traced.
     pub rays: u32,
 }
@@ -72,17 +74,17 @@ pub(crate) fn sample_light(
     let (mut kept, mut sum) = (None, 0.0);
     for _ in 0..count {
         let candidate = sample_candidate(world, settings.estimator, choice, vertex, rng);
-        if let Some(candidate) = candidate {
+        if let Some((candidate, style)) = candidate {
             let reflected = candidate.radiance * vertex.bsdf.eval(candidate.direction);
             // Compilers know lights that take light away.
             let target = luminance(reflected.abs());
             sum += target;
             if rng.next() * sum < target {
-                kept = Some((candidate, reflected, target));
+                kept = Some((candidate, style, reflected, target));
             }
         }
     }
-    let Some((Candidate { direction, end, .. }, reflected, target)) = kept else {
+    let Some((Candidate { direction, end, .. }, style, reflected, target)) = kept else {
         return LightSample::default();
     };
     let radiance = reflected * (sum / (target * f64::from(count)));
@@ -103,6 +105,7 @@ pub(crate) fn sample_light(
         } else {
             radiance * arriving
         },
+        style,
         rays,
     }
 }
@@ -112,22 +115,25 @@ fn luminance(rgb: DVec3) -> f64 {
     rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// One light sample as seen from a point; `None` if it can add nothing.
+/// One light sample as seen from a point, and which of the scene's styles it shines in; `None` if it
+/// can add nothing.
 fn sample_candidate(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
     vertex: &Vertex<'_>,
     rng: &mut Rng,
-) -> Option<Candidate> {
+) -> Option<(Candidate, usize)> {
     let emitters = &world.scene.emitters;
     let entry = choice.sample(rng)?;
     let u = rng.next2();
     let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
-    if entry < listed {
+    let mut style = 0;
+    let candidate = if entry < listed {
         sample_emitter(world, estimator, choice, vertex, entry as u32, u)
     } else if entry < listed + lights {
         let light = &world.scene.lights[entry - listed];
+        style = world.scene.style_of(light);
         let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
         let pdf_choice = choice.probability(entry as u32, power);
         match &light.compiler {
@@ -136,7 +142,8 @@ fn sample_candidate(
         }
     } else {
         sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
-    }
+    };
+    candidate.map(|candidate| (candidate, style))
 }
 
 /// Estimate of the light from a point of an emitter.

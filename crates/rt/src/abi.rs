@@ -196,7 +196,8 @@ abi! {
         PLANE_NORMAL: uint = 7;
         /// Film plane: sum of first-hit positions.
         PLANE_POSITION: uint = 8;
-        /// Number of film planes with all layers.
+        /// Number of film planes with all layers. Sums of light by light style follow, from the second
+        /// one on.
         PLANES_ALL: uint = 9;
         /// Hit payload: no triangle was hit.
         MISS: uint = 0xffff_ffff;
@@ -249,6 +250,8 @@ abi! {
         BakedSampleRef => readonly vec3, align "4";
         /// Point lights.
         LightRef => readonly Light, align "16";
+        /// Light styles of the point lights.
+        StyleOfLightRef => readonly StyleOfLight, align "8";
         /// Suns.
         SunRef => readonly Sun, align "16";
         /// The scene (one element).
@@ -479,6 +482,13 @@ abi! {
             /// Its share of the cosine.
             angle_scale: float,
         }
+        /// Which light style a point light shines in.
+        StyleOfLight {
+            /// Number of its film plane from 1; 0 if it has none.
+            plane: uint,
+            /// Brightness of the style; 1 if it has no plane.
+            brightness: float,
+        }
         /// A sun: a disc in the sky.
         Sun {
             /// Unit direction to its middle.
@@ -526,6 +536,8 @@ abi! {
             trails: NumberRef,
             /// Suns.
             suns: SunRef,
+            /// Light styles of the point lights.
+            light_styles: StyleOfLightRef,
             /// Grids of baked light.
             baked: BakedTriangleRef,
             /// Samples of baked light.

@@ -2,7 +2,8 @@
 
 use crate::abi;
 use crate::vk::{Buffer, Device, Error, Location, Recording, Usage};
-use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Settings};
+use scene::LightStyle;
+use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Settings, StyleLayer};
 use std::sync::Arc;
 
 /// Running sums per pixel and counters; see `shaders/lib/film.glsl`.
@@ -10,6 +11,8 @@ pub struct GpuFilm {
     width: u32,
     height: u32,
     planes: u32,
+    /// Which light styles it tells apart.
+    styles: Vec<LightStyle>,
     /// Planes of `width * height` vec4, one after the other.
     pub(crate) sums: Arc<Buffer>,
     pub(crate) counters: Arc<Buffer>,
@@ -21,24 +24,30 @@ const _: () = assert!(abi::ESCAPES_KEPT as usize == ESCAPES_KEPT);
 const VEC4: u64 = size_of::<abi::vec4>() as u64;
 
 impl GpuFilm {
-    /// Makes an empty film for `settings`.
+    /// Makes an empty film for `settings` that tells `styles` apart.
     ///
     /// # Errors
     /// When there is no memory.
-    pub fn new(device: &Arc<Device>, settings: &Settings) -> Result<Self, Error> {
+    pub fn new(
+        device: &Arc<Device>,
+        settings: &Settings,
+        styles: &[LightStyle],
+    ) -> Result<Self, Error> {
         let planes = if settings.aovs {
             abi::PLANES_ALL
         } else {
             abi::PLANES_BASIC
         };
         let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let styled = styles.len().saturating_sub(1) as u64;
         let make =
             |name, size| Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device);
         let film = Self {
             width: settings.width,
             height: settings.height,
             planes,
-            sums: make("film", u64::from(planes) * pixels * VEC4)?,
+            styles: styles.to_vec(),
+            sums: make("film", (u64::from(planes) + styled) * pixels * VEC4)?,
             counters: make("counters", size_of::<abi::Counters>() as u64)?,
             escapes: make("escapes", (ESCAPES_KEPT * size_of::<abi::Escape>()) as u64)?,
         };
@@ -82,7 +91,8 @@ impl GpuFilm {
         recording.submit_and_wait()?;
 
         let pixels = self.width as usize * self.height as usize;
-        let used = pixels * self.planes as usize * VEC4 as usize;
+        let styled = self.styles.len().saturating_sub(1) as u32;
+        let used = pixels * (self.planes + styled) as usize * VEC4 as usize;
         let words: &[abi::vec4] = bytemuck::cast_slice(&sums.read()?[..used]);
         let plane = |index: u32| &words[index as usize * pixels..][..pixels];
         let counts: Vec<u32> = (plane(abi::PLANE_BEAUTY).iter())
@@ -107,6 +117,8 @@ impl GpuFilm {
                 .collect(),
             ..Film::default()
         };
+        let but_first = (self.planes..self.planes + styled).map(layer);
+        film.styles = StyleLayer::all(&self.styles, &film.beauty, but_first);
         if self.planes == abi::PLANES_ALL {
             film.emission = layer(abi::PLANE_EMISSION);
             film.direct = layer(abi::PLANE_DIRECT);

@@ -101,7 +101,7 @@ impl PathTracer {
     pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let device = gpu.device.clone();
         let scene = GpuScene::upload(&device, scene)?;
-        let film = GpuFilm::new(&device, settings)?;
+        let film = GpuFilm::new(&device, settings, &scene.styles)?;
         let path_trace = PathTrace::new(&device, &scene, settings, Kind::PathTrace, None)?;
         let upload_timings = scene.timings.clone();
         let settings = settings.clone();

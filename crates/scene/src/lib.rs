@@ -29,7 +29,7 @@ pub use baked::BakedLight;
 pub use camera::Camera;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters};
-pub use light::PointLight;
+pub use light::{LightStyle, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
 pub use mesh::{Instance, Mesh, Triangle};
@@ -65,6 +65,10 @@ pub struct Scene {
     pub media: Media,
     /// The level's own lightmaps, if they light it.
     pub baked: Option<BakedLight>,
+    /// Light styles that the film tells apart; empty if it does not. The first one is number 0 with
+    /// a brightness of 1: everything but the lights of the styles that follow. The intensities of
+    /// those lack the brightness of their style.
+    pub styles: Vec<LightStyle>,
     /// What sky faces show.
     pub sky: Sky,
     /// Places to look from; never empty after an import.
@@ -102,6 +106,8 @@ pub struct Features {
     pub spotlights: bool,
     /// The sky has suns.
     pub suns: bool,
+    /// The film tells light styles apart.
+    pub style_layers: bool,
     /// Light entities light by the light compilers' formulas.
     pub compiler_lights: bool,
     /// The level's own lightmaps light it.
@@ -153,6 +159,11 @@ impl Features {
                 "light entities, each chosen and looked for",
             ),
             (self.spotlights, "spotlights", "light entities with a cone"),
+            (
+                self.style_layers,
+                "style layers",
+                "light of each light style in a layer of its own",
+            ),
             (
                 self.suns,
                 "suns",
@@ -264,6 +275,7 @@ impl Scene {
             point_lights: !self.lights.is_empty(),
             spotlights: self.lights.iter().any(|l| l.spot.is_some()),
             suns: !self.sky.suns.is_empty(),
+            style_layers: self.styles.len() > 1,
             compiler_lights: self.lights.iter().any(|l| l.compiler.is_some()),
             baked_light: self.baked.is_some(),
             instances: self
@@ -272,6 +284,13 @@ impl Scene {
                 .any(|i| i.transform != Affine3A::IDENTITY),
         };
         self
+    }
+
+    /// Which of [`Scene::styles`] a light shines in, if they are told apart.
+    #[must_use]
+    pub fn style_of(&self, light: &PointLight) -> usize {
+        let listed = self.styles.iter().position(|s| s.number == light.style);
+        listed.unwrap_or(0)
     }
 
     /// The triangle that a ray from `origin` began on: the nearest one, if it is nearer than ray

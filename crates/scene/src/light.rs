@@ -17,7 +17,7 @@ pub struct PointLight {
     /// Radiant intensity per RGB channel (power per solid angle in the unit of radiance times
     /// squared world units): the sphere's radiance is `intensity / (pi radius^2)`. With
     /// [`PointLight::compiler`] an irradiance, which may be negative. The brightness of the light's
-    /// style is in it.
+    /// style is in it, unless the scene tells styles apart and lists this one (`Scene::styles`).
     pub intensity: Vec3,
     /// A cone that limits the light, or `None` for all directions.
     pub spot: Option<Spot>,
@@ -40,6 +40,18 @@ impl Default for PointLight {
         }
     }
 }
+
+/// A light style that a film tells apart from the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightStyle {
+    /// Its number.
+    pub number: u16,
+    /// Its brightness at the moment of the picture.
+    pub brightness: f32,
+}
+
+/// Most light styles that a film tells apart.
+pub const MAX_STYLES: usize = 16;
 
 /// The cone of a spotlight: full strength inside `cos_inner`, none outside `cos_outer`, linear in
 /// the cosine between.

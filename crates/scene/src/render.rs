@@ -1,6 +1,7 @@
 //! What a renderer is asked, and what it answers.
 
 use crate::camera::Camera;
+use crate::light::LightStyle;
 
 /// How light is found. All converge to the same picture, except that `naive` and `uniform` can't
 /// find light entities.
@@ -198,11 +199,67 @@ pub struct Film {
     /// 1 + number of the level's face hit by the pixel's first sample; 0 where it hit nothing.
     /// Faces of instances are numbered like the file's.
     pub id: Vec<u32>,
+    /// Light of each light style as it were at brightness 1, if the scene tells them apart
+    /// (`Scene::styles`): the sum over brightness times layer is the beauty.
+    pub styles: Vec<StyleLayer>,
     /// What was counted.
     pub counters: Counters,
     /// The first escapes, at most [`ESCAPES_KEPT`], in order of pixel and sample. Which ones are
     /// first where there are more is up to the device.
     pub escapes: Vec<Escape>,
+}
+
+/// Share of the light that sums in single precision may lose.
+const ROUNDING: f64 = 1e-5;
+
+/// The light of one light style.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StyleLayer {
+    /// Number of the style.
+    pub number: u16,
+    /// Its brightness in the beauty.
+    pub brightness: f32,
+    /// Radiance at brightness 1.
+    pub radiance: Vec<[f32; 3]>,
+}
+
+impl StyleLayer {
+    /// The layers of all `styles` from those of all but the first, whose layer is what they leave of
+    /// the beauty, or nothing where that is no more than rounding.
+    #[must_use]
+    pub fn all(
+        styles: &[LightStyle],
+        beauty: &[[f32; 3]],
+        but_first: impl IntoIterator<Item = Vec<[f32; 3]>>,
+    ) -> Vec<Self> {
+        let Some((first, others)) = styles.split_first() else {
+            return Vec::new();
+        };
+        let others: Vec<Self> = (others.iter().zip(but_first))
+            .map(|(style, radiance)| Self {
+                number: style.number,
+                brightness: style.brightness,
+                radiance,
+            })
+            .collect();
+        let rest = |i: usize, c: usize| {
+            let styled: f64 = (others.iter())
+                .map(|s| f64::from(s.brightness) * f64::from(s.radiance[i][c]))
+                .sum();
+            let beauty = f64::from(beauty[i][c]);
+            let rest = beauty - styled;
+            let is_rounding = rest.abs() <= ROUNDING * beauty.abs().max(styled.abs());
+            if is_rounding { 0.0 } else { rest as f32 }
+        };
+        let steady = Self {
+            number: first.number,
+            brightness: first.brightness,
+            radiance: (0..beauty.len())
+                .map(|i| [0, 1, 2].map(|c| rest(i, c)))
+                .collect(),
+        };
+        std::iter::once(steady).chain(others).collect()
+    }
 }
 
 impl Film {

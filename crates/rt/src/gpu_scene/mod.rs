@@ -13,7 +13,7 @@ use scene::light::Falloff;
 use scene::material::{Material, Surface};
 use scene::mesh::{Mesh, Triangle};
 use scene::sky::SkyKind;
-use scene::{Features, Media, Scene};
+use scene::{Features, LightStyle, Media, Scene};
 use std::sync::Arc;
 
 /// A scene in device memory.
@@ -23,6 +23,8 @@ pub struct GpuScene {
     pub(crate) tlas: Tlas,
     pub(crate) textures: Vec<Arc<Image>>,
     pub(crate) features: Features,
+    /// Light styles that the film tells apart.
+    pub(crate) styles: Vec<LightStyle>,
     pub(crate) sky: u32,
     /// Whether there are lists of lights by cell.
     pub(crate) has_cells: bool,
@@ -148,6 +150,17 @@ impl GpuScene {
         let triangles = staging.add(device, "triangles", Usage::STORAGE_BUFFER, &triangles)?;
         let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
         let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
+        let light_styles: Vec<_> = (scene.lights.iter())
+            .map(|l| {
+                let plane = scene.style_of(l);
+                abi::StyleOfLight {
+                    plane: plane as u32,
+                    brightness: scene.styles.get(plane).map_or(1.0, |s| s.brightness),
+                }
+            })
+            .collect();
+        let light_styles =
+            staging.add(device, "light styles", Usage::STORAGE_BUFFER, &light_styles)?;
         let sun_buffer = staging.add(device, "suns", Usage::STORAGE_BUFFER, &suns)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
         let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
@@ -204,6 +217,7 @@ impl GpuScene {
             alias: alias_buffer.address(),
             lights: light_buffer.address(),
             suns: sun_buffer.address(),
+            light_styles: light_styles.address(),
             baked: baked.address(),
             baked_samples: baked_samples.address(),
             cell_nodes: cell_nodes.address(),
@@ -267,6 +281,7 @@ impl GpuScene {
             tlas,
             textures,
             features: scene.features,
+            styles: scene.styles.clone(),
             sky,
             has_cells: !scene.cells.is_empty(),
             has_tree: !scene.emitters.tree.nodes.is_empty(),
@@ -289,6 +304,7 @@ impl GpuScene {
                 alias_buffer,
                 light_buffer,
                 sun_buffer,
+                light_styles,
                 baked,
                 baked_samples,
                 materials,

@@ -96,6 +96,7 @@ impl PathTrace {
             u32::from(features.baked_light),
             settings.candidates.clamp(1, MOST_CANDIDATES),
             u32::from(settings.sampler == Sampler::Sobol),
+            u32::from(features.style_layers),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

@@ -133,6 +133,9 @@ pub struct ImportOptions {
     /// Whether lists of lights by leaf are made ([`Scene::cells`]): a tenth of a second in large
     /// levels, and wanted only by `Selection::Leaf`.
     pub light_lists: bool,
+    /// Whether the light of each light style is told apart ([`Scene::styles`]): lights that are dark
+    /// at this moment are there, too.
+    pub styles_apart: bool,
     /// Whether the gates of finished episodes are shown (`func_episodegate`).
     pub show_episode_gates: bool,
     /// Whether the gate to the last boss is shown (`func_bossgate`).
@@ -156,6 +159,7 @@ impl Default for ImportOptions {
             lighting: Lighting::Physical,
             lights: LightMode::Auto,
             light_lists: true,
+            styles_apart: false,
             show_episode_gates: false,
             show_boss_gate: true,
             skill: 1,

@@ -4,7 +4,7 @@ use super::appearance::Beside;
 use super::baked::Baked;
 use super::emitters::Twice;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
-use super::lights::EntityLight;
+use super::lights::{EntityLight, Moment};
 use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
@@ -341,12 +341,12 @@ impl<'a> World<'a> {
     /// The light entities that shine, with their entities.
     fn entity_lights(&mut self) -> Vec<EntityLight> {
         let (level, shallow, notes) = (self.level, self.shallow, &mut self.notes);
-        let time = f64::from(self.options.time);
+        let moment = Moment::of(level, self.options);
         match (self.options.lighting, self.options.lights) {
             (Lighting::Lightmap | Lighting::Fullbright, _) => Vec::new(),
-            (Lighting::Compiler, _) => lights::compiler_lights_at(level, shallow, time, notes),
+            (Lighting::Compiler, _) => lights::compiler_lights_at(level, shallow, &moment, notes),
             (Lighting::Physical, LightMode::Textures) => Vec::new(),
-            (Lighting::Physical, _) => lights::spheres(level, shallow, time, notes),
+            (Lighting::Physical, _) => lights::spheres(level, shallow, &moment, notes),
         }
     }
 
@@ -375,6 +375,7 @@ impl<'a> World<'a> {
             });
         self.tell_of_lamps_twice(&twice, &emitters);
         let mut lights: Vec<PointLight> = lights.into_iter().map(|l| l.light).collect();
+        let styles = Moment::of(self.level, self.options).told_apart(&mut lights, &mut self.notes);
         if self.options.lighting == Lighting::Physical {
             lights::shrink(
                 lights.iter_mut(),
@@ -427,6 +428,7 @@ impl<'a> World<'a> {
                 .map(|m| bsp::entity::unescape(m).trim().to_owned())
                 .unwrap_or_default(),
             emitters,
+            styles,
             cells,
             lights,
             media,

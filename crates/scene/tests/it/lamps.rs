@@ -288,3 +288,62 @@ fn compiler_light_is_all_that_adds_up() {
     let warns = |word: &str| scene.report.warnings.iter().any(|w| w.contains(word));
     assert!(warns("least light"));
 }
+
+#[test]
+fn styles_are_told_apart_where_the_film_is_to_be_relit() {
+    let mut map = room();
+    let lamp = |style: &'static str, flags: &'static str| {
+        [
+            ("origin", "128 128 128"),
+            ("style", style),
+            ("spawnflags", flags),
+            ("targetname", "x"),
+        ]
+    };
+    for (style, flags) in [("0", "0"), ("10", "0"), ("32", "1"), ("33", "0")] {
+        map.entity("light", &lamp(style, flags));
+    }
+    let apart = |styles_apart| {
+        let options = ImportOptions {
+            styles_apart,
+            // Style 10 is dark then.
+            time: 0.25,
+            ..ImportOptions::default()
+        };
+        scene_of(&map, &options)
+    };
+    let lit = apart(false);
+    assert_eq!(lit.lights.len(), 2);
+    assert!(lit.styles.is_empty() && !lit.features.style_layers);
+    let scene = apart(true);
+    let styles: Vec<(u16, f32)> = (scene.styles.iter())
+        .map(|s| (s.number, s.brightness))
+        .collect();
+    assert_eq!(styles, [(0, 1.0), (10, 0.0), (32, 0.0), (33, STEADY)]);
+    assert!(scene.features.style_layers && scene.lights.len() == 4);
+    let of = |style| scene.lights.iter().find(|l| l.style == style).unwrap();
+    for style in [10, 32, 33] {
+        assert_eq!(of(style).intensity * STEADY, of(0).intensity);
+    }
+    // More styles than are told apart.
+    let mut map = room();
+    for style in 0..30 {
+        let style = style.to_string();
+        map.entity("light", &[("origin", "128 128 128"), ("style", &style)]);
+    }
+    let options = ImportOptions {
+        styles_apart: true,
+        ..ImportOptions::default()
+    };
+    let scene = scene_of(&map, &options);
+    assert_eq!(scene.styles.len(), scene::light::MAX_STYLES);
+    let is_known = |l: &PointLight| scene.styles.iter().any(|s| s.number == l.style);
+    assert!(scene.lights.iter().all(is_known));
+    assert!(
+        scene
+            .report
+            .warnings
+            .iter()
+            .any(|w| w.contains("light styles"))
+    );
+}

@@ -20,8 +20,8 @@ use scene::light::{CompilerLight, Falloff, Spot};
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
-    Emitters, Finish, Instance, Material, Mesh, PointLight, Scene, Surface, Texture, TextureId,
-    Triangle,
+    Emitters, Finish, Instance, LightStyle, Material, Mesh, PointLight, Scene, Surface, Texture,
+    TextureId, Triangle,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -85,6 +85,7 @@ pub fn level_hash(scene: &Scene) -> String {
         lights,
         media,
         baked,
+        styles,
         sky,
         cameras: _,
         bounds_min: _,
@@ -104,6 +105,10 @@ pub fn level_hash(scene: &Scene) -> String {
     } in instances
     {
         h.int(*mesh as u64).floats(transform.to_cols_array());
+    }
+    // Scenes that tell no styles apart keep the number they had before any did.
+    for LightStyle { number, brightness } in styles {
+        h.int((*number).into()).floats([*brightness]);
     }
     if let Some(baked) = baked {
         hash_baked(&mut h, baked);

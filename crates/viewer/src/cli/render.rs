@@ -33,7 +33,9 @@ pub struct Render {
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Vec<PathBuf>,
     /// Layers of the EXR besides beauty, separated by commas: albedo, normal, depth, position,
-    /// emission, direct, indirect, variance, samples, id; or all
+    /// emission, direct, indirect, variance, samples, id; or all. Besides, style: light by light style
+    /// at brightness 1, as style.N, so that a picture can be relit: it is the sum over brightness
+    /// times style.N, with the brightnesses of the attribute runelight:styles
     #[arg(
         long,
         value_name = "LIST",

@@ -8,7 +8,7 @@ use crate::escapes;
 use crate::interrupt;
 use crate::job::{self, Goal, Stopped};
 use crate::level::Source;
-use crate::output::{Format, Note, Outputs, Style};
+use crate::output::{Format, Layer, Note, Outputs, Style};
 use crate::progress::Progress;
 use crate::{Outcome, Usage};
 use anyhow::Result;
@@ -33,10 +33,15 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let outputs = Outputs::open(&output_paths(args, &source.name()))?;
     let device = Device::choose(&context.global.device)?;
     let lighting = Lighting::from(args.lighting);
+    if args.layers.0.contains(&Layer::Style) && lighting == Lighting::Lightmap {
+        let why = "the level's baked light is not told apart by light style";
+        return Err(Usage(format!("--layers style with --lighting lightmap: {why}")).into());
+    }
     let options = ImportOptions {
         light_lists: estimator(args).samples_lights()
             && Selection::from(args.selection) == Selection::Leaf,
         lighting,
+        styles_apart: args.layers.0.contains(&Layer::Style),
         ..args.scene.import_options()?
     };
     let scene = Arc::new(source.load()?.import(&options)?);
@@ -227,9 +232,18 @@ fn notes(
             "emissionScale",
             Note::Float(args.scene.emission_scale as f32),
         ),
+        ("styles", Note::Text(styles(film))),
         ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
         ("escaped", Note::Int(film.counters.escaped as i64)),
     ]
+}
+
+/// The brightness of each light style that has a layer, as `0 1, 10 0.9`.
+fn styles(film: &Film) -> String {
+    let pairs: Vec<String> = (film.styles.iter())
+        .map(|s| format!("{} {}", s.number, s.brightness))
+        .collect();
+    pairs.join(", ")
 }
 
 /// What is said when the picture is done.

@@ -11,13 +11,26 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer as Part,
     LayerAttributes, LineOrder, Text, WritableImage as _, f16,
 };
-use scene::render::Film;
+use scene::render::{Film, StyleLayer};
 use std::io::Write as _;
+
+/// The channels of one light style, `style.N.R` and so on.
+fn style_channels(style: &StyleLayer, half: bool) -> [AnyChannel<FlatSamples>; 3] {
+    [0, 1, 2].map(|c| {
+        let name = format!("style.{}.{}", style.number, ["R", "G", "B"][c]);
+        let values = style.radiance.iter().map(|p| p[c]);
+        AnyChannel::new(name.as_str(), floats(values, half))
+    })
+}
 
 /// Writes the film's layers that `style` names, with its notes as attributes `runelight:NAME`.
 pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Result<()> {
     let mut channels = Vec::new();
     for &layer in &style.layers {
+        if let Plane::Styles(styles) = layer.plane(film) {
+            channels.extend(styles.iter().flat_map(|s| style_channels(s, style.half)));
+            continue;
+        }
         let half = style.half && layer.may_be_half();
         let samples: Vec<FlatSamples> = match layer.plane(film) {
             Plane::Rgb(values) => (0..3)
@@ -26,6 +39,7 @@ pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Res
             Plane::Float(values) => vec![floats(values.iter().copied(), half)],
             Plane::Uint(values) => vec![FlatSamples::U32(values.to_vec())],
             Plane::Constant(value) => vec![FlatSamples::U32(vec![value; film.beauty.len()])],
+            Plane::Styles(_) => Vec::new(),
         };
         for (name, data) in layer.channels().into_iter().zip(samples) {
             channels.push(AnyChannel::new(name.as_str(), data));

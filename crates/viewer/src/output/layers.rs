@@ -1,6 +1,6 @@
 //! The layers of a film by name, and how they are called in a file.
 
-use scene::render::Film;
+use scene::render::{Film, StyleLayer};
 
 /// A layer of the film that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,6 +27,8 @@ pub enum Layer {
     Samples,
     /// 1 + number of the face hit by the pixel's first sample.
     Id,
+    /// Light by light style.
+    Style,
 }
 
 /// The samples of a layer.
@@ -40,11 +42,13 @@ pub enum Plane<'a> {
     Uint(&'a [u32]),
     /// The same whole number everywhere.
     Constant(u32),
+    /// Three floats a pixel for each light style.
+    Styles(&'a [StyleLayer]),
 }
 
 impl Layer {
     /// All layers in the order of the help text.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Beauty,
         Self::Albedo,
         Self::Normal,
@@ -56,6 +60,7 @@ impl Layer {
         Self::Variance,
         Self::Samples,
         Self::Id,
+        Self::Style,
     ];
 
     /// The name on the command line and in files.
@@ -73,11 +78,13 @@ impl Layer {
             Self::Variance => "variance",
             Self::Samples => "samples",
             Self::Id => "id",
+            Self::Style => "style",
         }
     }
 
     /// Channel names in an EXR. Beauty has the plain names every reader looks for; other layers
-    /// carry theirs as a prefix, which viewers and compositors show as groups.
+    /// carry theirs as a prefix, which viewers and compositors show as groups. [`Layer::Style`] stands
+    /// for as many layers as a film has styles, and has none here.
     #[must_use]
     pub fn channels(self) -> Vec<String> {
         let short: &[&str] = match self {
@@ -88,6 +95,7 @@ impl Layer {
             Self::Normal | Self::Position => &["X", "Y", "Z"],
             Self::Depth => &["Z"],
             Self::Samples | Self::Id => &["V"],
+            Self::Style => &[],
         };
         short
             .iter()
@@ -109,7 +117,10 @@ impl Layer {
     /// Whether renderers collect this layer only when asked (`Settings::aovs`).
     #[must_use]
     pub fn is_aov(self) -> bool {
-        !matches!(self, Self::Beauty | Self::Variance | Self::Samples)
+        !matches!(
+            self,
+            Self::Beauty | Self::Variance | Self::Samples | Self::Style
+        )
     }
 
     /// The layer's samples in `film`.
@@ -127,10 +138,12 @@ impl Layer {
             Self::Variance => Plane::Rgb(&film.variance),
             Self::Samples => Plane::Constant(film.samples),
             Self::Id => Plane::Uint(&film.id),
+            Self::Style => Plane::Styles(&film.styles),
         }
     }
 
-    /// Parses a comma-separated list, or `all`. Beauty is always part of the result; the order is
+    /// Parses a comma-separated list, or `all`, which is all but [`Layer::Style`]: that changes which
+    /// lights are sampled. Beauty is always part of the result; the order is
     /// that of [`Layer::ALL`].
     ///
     /// # Errors
@@ -139,7 +152,9 @@ impl Layer {
         let mut chosen = vec![Self::Beauty];
         for name in list.split(',').map(str::trim).filter(|n| !n.is_empty()) {
             match Self::ALL.into_iter().find(|l| l.name() == name) {
-                _ if name == "all" => chosen.extend(Self::ALL),
+                _ if name == "all" => {
+                    chosen.extend(Self::ALL.into_iter().filter(|&l| l != Self::Style));
+                }
                 Some(layer) => chosen.push(layer),
                 None => {
                     let names: Vec<&str> = Self::ALL.iter().map(|l| l.name()).collect();

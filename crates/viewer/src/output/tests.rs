@@ -1,5 +1,6 @@
 use super::*;
 use crate::picture;
+use scene::render::StyleLayer;
 
 fn film(width: u32, height: u32) -> Film {
     let n = (width * height) as usize;
@@ -22,6 +23,13 @@ fn film(width: u32, height: u32) -> Film {
         position: rgb(33.3),
         depth: (0..n).map(|i| 1234.567 + i as f32).collect(),
         id: (0..n as u32).map(|i| i * 100_000).collect(),
+        styles: [0, 33]
+            .map(|number| StyleLayer {
+                number,
+                brightness: 0.5,
+                radiance: vec![[f32::from(number), 0.25, 2.0]; n],
+            })
+            .into(),
         ..Film::default()
     }
 }
@@ -51,7 +59,11 @@ fn every_layer_of_an_exr_comes_back_as_it_was() {
             outputs.write(&film, &style(half)).unwrap(),
             std::slice::from_ref(&path)
         );
-        for layer in Layer::ALL {
+        for style in &film.styles {
+            let read = picture::read(&path, &format!("style.{}", style.number)).unwrap();
+            assert_eq!(read.radiance, style.radiance);
+        }
+        for layer in Layer::ALL.into_iter().filter(|&l| l != Layer::Style) {
             let read = picture::read(&path, layer.name()).unwrap();
             assert_eq!((read.width, read.height), (7, 5));
             let expected: Vec<[f32; 3]> = match layer.plane(&film) {
@@ -59,6 +71,7 @@ fn every_layer_of_an_exr_comes_back_as_it_was() {
                 Plane::Float(v) => v.iter().map(|&x| [x; 3]).collect(),
                 Plane::Uint(v) => v.iter().map(|&x| [x as f32; 3]).collect(),
                 Plane::Constant(v) => vec![[v as f32; 3]; 35],
+                Plane::Styles(_) => unreachable!(),
             };
             for (a, b) in read
                 .radiance

@@ -3,12 +3,14 @@
 
 mod compiler;
 mod keys;
+mod moment;
 mod physical;
 mod suns;
 mod templates;
 
 pub use compiler::{CompilerLights, IRRADIANCE_PER_VALUE, LeastLight};
 pub use keys::{WorldKeys, color_of, least_color, strength};
+pub use moment::Moment;
 pub use physical::{LIGHT_RADIUS, MIN_LIGHT_RADIUS, shrink};
 pub use suns::SUN_SAMPLES;
 
@@ -16,7 +18,6 @@ use super::notes::Notes;
 use super::targets::Targets;
 use crate::light::PointLight;
 use bsp::Level;
-use bsp::styles::Blend;
 use keys::LightKeys;
 
 /// A light that shines now, and whose it is.
@@ -58,16 +59,21 @@ fn keys(level: &Level, notes: &mut Notes) -> Vec<LightKeys> {
     out
 }
 
-/// All light entities that shine at `time`, as spheres. `is_shallow` says that the level's tree can
+/// All light entities that shine at a moment, as spheres. `is_shallow` says that the level's tree can
 /// be asked.
-pub fn spheres(level: &Level, is_shallow: bool, time: f64, notes: &mut Notes) -> Vec<EntityLight> {
+pub fn spheres(
+    level: &Level,
+    is_shallow: bool,
+    moment: &Moment<'_>,
+    notes: &mut Notes,
+) -> Vec<EntityLight> {
     let world = WorldKeys::of(level.entities.first());
     let bsp = is_shallow.then_some(&level.bsp);
     (keys(level, notes).into_iter())
-        .filter(|k| !k.starts_off)
+        .filter(|k| !k.starts_off || moment.is_apart(k.style))
         .filter_map(|k| {
             let mut light = physical::sphere(&k, &world, bsp, notes)?;
-            light.intensity *= level.styles.brightness(k.style, time, Blend::Step);
+            light.intensity *= moment.brightness(k.style);
             let shines = light.intensity.max_element() > 0.0 && light.intensity.is_finite();
             shines.then_some(EntityLight {
                 light,
@@ -100,11 +106,11 @@ pub fn compiler_lights(
     )
 }
 
-/// The lights of the light compilers that shine at `time`.
+/// The lights of the light compilers that shine at a moment.
 pub fn compiler_lights_at(
     level: &Level,
     is_shallow: bool,
-    time: f64,
+    moment: &Moment<'_>,
     notes: &mut Notes,
 ) -> Vec<EntityLight> {
     let all = compiler_lights(level, is_shallow, SUN_SAMPLES, notes);
@@ -124,7 +130,7 @@ pub fn compiler_lights_at(
     }
     (all.lights.into_iter().zip(all.entities))
         .filter_map(|(mut light, entity)| {
-            light.intensity *= level.styles.brightness(light.style, time, Blend::Step);
+            light.intensity *= moment.brightness(light.style);
             let shines = light.intensity.abs().max_element() > 0.0 && light.intensity.is_finite();
             let classname = level.entities.get(entity)?.classname().to_owned();
             shines.then_some(EntityLight {

@@ -1,0 +1,78 @@
+//! How bright light styles are at a moment, and which of them are told apart.
+
+use crate::import::ImportOptions;
+use crate::import::notes::Notes;
+use crate::light::{LightStyle, MAX_STYLES, PointLight};
+use bsp::Level;
+use bsp::styles::{Blend, LightStyles};
+
+/// A moment of a level's time.
+pub struct Moment<'a> {
+    styles: &'a LightStyles,
+    time: f64,
+    apart: bool,
+}
+
+impl<'a> Moment<'a> {
+    /// The moment of an import.
+    pub fn of(level: &'a Level, options: &ImportOptions) -> Self {
+        Self {
+            styles: &level.styles,
+            time: f64::from(options.time),
+            apart: options.styles_apart,
+        }
+    }
+
+    /// Whether lights of a style shine in a layer of their own.
+    pub fn is_apart(&self, style: u16) -> bool {
+        self.apart && style != 0
+    }
+
+    /// What lights of a style are multiplied with.
+    pub fn brightness(&self, style: u16) -> f32 {
+        if self.is_apart(style) {
+            1.0
+        } else {
+            self.now(style)
+        }
+    }
+
+    fn now(&self, style: u16) -> f32 {
+        self.styles.brightness(style, self.time, Blend::Step)
+    }
+
+    /// The styles of `lights` that a film tells apart, the steady one first; empty if it does not.
+    /// Lights of styles beyond the limit become steady.
+    pub fn told_apart(&self, lights: &mut Vec<PointLight>, notes: &mut Notes) -> Vec<LightStyle> {
+        if !self.apart {
+            return Vec::new();
+        }
+        let mut numbers: Vec<u16> = lights.iter().map(|l| l.style).collect();
+        numbers.push(0);
+        numbers.sort_unstable();
+        numbers.dedup();
+        if numbers.len() > MAX_STYLES {
+            notes.add("too many styles", || {
+                format!(
+                    "lights have {} light styles: {MAX_STYLES} are told apart, the others are part \
+                     of style 0",
+                    numbers.len()
+                )
+            });
+            numbers.truncate(MAX_STYLES);
+            for light in lights.iter_mut() {
+                if !numbers.contains(&light.style) {
+                    light.intensity *= self.now(light.style);
+                    light.style = 0;
+                }
+            }
+            lights.retain(|l| l.intensity.abs().max_element() > 0.0);
+        }
+        (numbers.into_iter())
+            .map(|number| LightStyle {
+                number,
+                brightness: if number == 0 { 1.0 } else { self.now(number) },
+            })
+            .collect()
+    }
+}
