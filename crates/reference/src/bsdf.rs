@@ -343,7 +343,7 @@ mod tests {
             }
             // The mean is the number of cells, the standard deviation the root of twice that; cells
             // at the horizon are integrated roughly.
-            let allowed = freedom + 6.0 * (2.0 * freedom as f64).sqrt();
+            let allowed = freedom + 6.0 * (2.0_f64 * freedom).sqrt();
             assert!(
                 chi2 < allowed,
                 "{chi2} over {freedom} cells, {roughness} {metallic} {cos}"

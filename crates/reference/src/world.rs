@@ -303,7 +303,7 @@ impl World {
         let face = point.facing_normal();
         let bent = material.finish.normals.and_then(|id| {
             let [x, y, z, _] = texel(id).map(|byte| (f64::from(byte) - 128.0) / 127.0);
-            self.from_texture_space(point, DVec3::new(x, -y, z.max(LEAST_RISE)))
+            self.along_texture(point, DVec3::new(x, -y, z.max(LEAST_RISE)))
         });
         let normal = bent.map_or(face, |n| if point.front { n } else { -n });
         Bsdf::new(albedo, gloss, face, normal, wo)
@@ -311,7 +311,7 @@ impl World {
 
     /// A unit vector along `u`, `v` and the normal of a point's triangle, in world space; `None` if
     /// its texture coordinates span nothing.
-    fn from_texture_space(&self, point: &SurfacePoint<'_>, v: DVec3) -> Option<DVec3> {
+    fn along_texture(&self, point: &SurfacePoint<'_>, v: DVec3) -> Option<DVec3> {
         let [a, b, c] = self.bvh.triangle(point.slot).corners();
         let [p, q, r] = self.uv_of(point.slot);
         let (uv, wx) = (DMat2::from_cols(q - p, r - p), [b - a, c - a]);
