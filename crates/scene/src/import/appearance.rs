@@ -10,6 +10,8 @@ use crate::material::{Texture, srgb_to_linear};
 use bsp::lmp::Palette;
 use bsp::miptex::MipTex;
 use bsp::picture::find;
+use std::cell::Cell;
+use std::rc::Rc;
 
 /// Texels of a glow picture darker than this relative luminance do not emit: its black is seldom
 /// quite black, and every texel that emits is a light.
@@ -17,13 +19,18 @@ pub const LEAST_GLOW: f32 = 0.01;
 /// Alpha below which a texel of a replaced fence is a hole.
 const HOLE: u8 = 128;
 
+/// Texels that all pictures beside a level may have together: files of a few bytes can ask for many.
+pub const MAX_TEXELS: u64 = 1 << 28;
+
 /// Where pictures beside the level are.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Beside<'a> {
     /// The files.
     pub files: &'a Files<'a>,
     /// Name of the level: a folder of its own is looked into first.
     pub map: &'a str,
+    /// Texels that may still be read, of [`MAX_TEXELS`].
+    pub room: Rc<Cell<u64>>,
 }
 
 /// What a texture shows; all pictures have the size of `base`.
@@ -51,6 +58,17 @@ impl Beside<'_> {
         let (path, picture) = find(stem, self.files, &options.limits)?;
         match picture {
             Ok(picture) => {
+                let left = self.room.get().checked_sub(picture.texels.len() as u64);
+                let Some(left) = left else {
+                    notes.add("too many pictures", || {
+                        format!(
+                            "pictures in the place of textures have more than {MAX_TEXELS} texels: \
+                             the rest, from {path} on, is not used"
+                        )
+                    });
+                    return None;
+                };
+                self.room.set(left);
                 let texture = Texture {
                     name: path.clone(),
                     width: picture.width,
@@ -106,7 +124,7 @@ pub fn of(
     palette: &Palette,
     kind: NameKind,
     rule: &Rule,
-    beside: Beside<'_>,
+    beside: &Beside<'_>,
     options: &ImportOptions,
     notes: &mut Notes,
 ) -> Option<Appearance> {

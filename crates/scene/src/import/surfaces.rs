@@ -208,7 +208,7 @@ impl<'a> Surfaces<'a> {
             self.palette,
             kind,
             &rule,
-            self.beside,
+            &self.beside,
             options,
             notes,
         );

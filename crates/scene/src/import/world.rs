@@ -1,6 +1,6 @@
 //! Puts a scene together: meshes, instances, lights, cameras, report.
 
-use super::appearance::Beside;
+use super::appearance::{Beside, MAX_TEXELS};
 use super::baked::Baked;
 use super::emitters::Twice;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
@@ -25,7 +25,9 @@ use bsp::lmp::Palette;
 use bsp::miptex::Animation;
 use bsp::{Bsp, Level};
 use glam::{Affine3A, DVec3, Quat, Vec3};
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::rc::Rc;
 
 /// How far each face of a brush entity's bounds is moved outwards, in world units, so that it lies
 /// before the world's faces that share its plane. Where several entities fill the same box each is
@@ -59,6 +61,8 @@ pub struct World<'a> {
     shallow: bool,
     /// Triangles placed by instances so far.
     placed: usize,
+    /// Texels that pictures beside the level may still have.
+    picture_room: Rc<Cell<u64>>,
     /// The lightmaps, if they light the scene.
     baked: Option<Baked>,
     /// For each mesh the number of its file among the lightmaps.
@@ -97,6 +101,7 @@ impl<'a> World<'a> {
             instances: Vec::new(),
             shallow: trees::are_shallow(&level.bsp),
             placed: 0,
+            picture_room: Rc::new(Cell::new(MAX_TEXELS)),
             baked: (options.lighting == Lighting::Lightmap).then(Baked::new),
             files_of_meshes: Vec::new(),
         }
@@ -129,6 +134,7 @@ impl<'a> World<'a> {
         Beside {
             files: self.files,
             map: &self.level.name,
+            room: self.picture_room.clone(),
         }
     }
 

@@ -124,7 +124,7 @@ pub struct SceneArgs {
 /// What surfaces are made of.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SurfaceArgs {
-    /// Materials by texture name: a TOML file of [[material]] entries, or `default` for common
+    /// Materials by texture name: a TOML file (docs/materials.md), or `default` for common
     /// families of Quake textures; several add up, and later entries win
     #[arg(long, value_name = "FILE", help_heading = "Surfaces")]
     pub materials: Vec<String>,

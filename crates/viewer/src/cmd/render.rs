@@ -233,6 +233,14 @@ fn notes(
             Note::Float(args.scene.emission_scale as f32),
         ),
         ("styles", Note::Text(styles(film))),
+        (
+            "materials",
+            Note::Text(args.scene.surfaces.materials.join(" ")),
+        ),
+        (
+            "replacements",
+            Note::Int((!args.scene.surfaces.no_textures).into()),
+        ),
         ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
         ("escaped", Note::Int(film.counters.escaped as i64)),
     ]
