@@ -8,6 +8,7 @@ mod golden;
 mod hard;
 mod hygiene;
 mod lighting;
+mod luxels;
 mod parity;
 mod reference;
 

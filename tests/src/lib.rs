@@ -2,6 +2,7 @@
 
 pub mod devices;
 pub mod levels;
+pub mod light_modes;
 pub mod scenes;
 pub mod stats;
 

@@ -49,6 +49,7 @@ mod film;
 mod integrator;
 mod lights;
 mod passage;
+pub mod rays;
 mod rng;
 pub mod shading;
 mod sky;

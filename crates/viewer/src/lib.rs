@@ -10,6 +10,7 @@ pub mod export;
 pub mod interrupt;
 pub mod job;
 pub mod level;
+pub mod luxels;
 pub mod metrics;
 pub mod output;
 pub mod picture;

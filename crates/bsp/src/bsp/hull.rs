@@ -81,6 +81,49 @@ impl Bsp {
         self.leafs.get(leaf).map(|l| l.contents)
     }
 
+    /// Whether a point is in solid or sky of a model's hull 0, or nearer than `margin` units to a
+    /// plane behind which there is some, as the light compilers ask. Not where the tree cannot be
+    /// walked.
+    pub fn touches_solid(&self, model: usize, point: [f64; 3], margin: f64) -> bool {
+        let Some(head) = self.models.get(model).map(|m| m.head_nodes[0]) else {
+            return false;
+        };
+        let mut open = vec![match u32::try_from(head) {
+            Ok(n) => NodeChild::Node(n),
+            Err(_) => NodeChild::Leaf((-1 - head).unsigned_abs()),
+        }];
+        // Shared children could be looked at again and again.
+        for _ in 0..2 * self.nodes.len() + 2 {
+            match open.pop() {
+                None => return false,
+                Some(NodeChild::Leaf(leaf)) => {
+                    let contents = self.leafs.get(leaf as usize).map(|l| l.contents);
+                    if matches!(contents, Some(contents::SOLID | contents::SKY)) {
+                        return true;
+                    }
+                }
+                Some(NodeChild::Node(n)) => {
+                    // A good node leads to good nodes only and never in a circle.
+                    let Some(node) = self.good_node(n) else {
+                        return false;
+                    };
+                    let Some(plane) = self.planes.get(node.plane as usize) else {
+                        return false;
+                    };
+                    let distance = distance(plane, point);
+                    let [front, back] = node.children;
+                    if distance > -margin {
+                        open.push(front);
+                    }
+                    if distance < margin {
+                        open.push(back);
+                    }
+                }
+            }
+        }
+        false
+    }
+
     /// What a box of hull `hull` (see [`HULL_BOXES`]) is in with its origin at a point; `None` if
     /// the tree cannot be walked.
     pub fn hull_contents(&self, model: usize, hull: usize, point: [f32; 3]) -> Option<i32> {

@@ -2,12 +2,14 @@
 
 mod bench;
 mod compare;
+mod compare_light;
 mod export;
 mod render;
 mod shared;
 
 pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
+pub use compare_light::CompareLight;
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, Render};
 pub use shared::{
@@ -116,6 +118,8 @@ pub enum Command {
     Info(Info),
     /// Measure how far an image is from a reference
     Compare(Box<Compare>),
+    /// Measure how far a level's lightmaps are from light traced by the light compilers' rules
+    CompareLight(Box<CompareLight>),
     /// Measure speed against error
     Bench(Box<Bench>),
     /// Write a level as another renderer reads it: Mitsuba 3, glTF

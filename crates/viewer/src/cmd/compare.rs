@@ -129,7 +129,7 @@ const HEAT: [[u8; 3]; 9] = [
 ];
 
 /// Colour of an error of 0..=1.
-fn heat(error: f32) -> [u8; 3] {
+pub(super) fn heat(error: f32) -> [u8; 3] {
     let place = error.clamp(0.0, 1.0) * (HEAT.len() - 1) as f32;
     let at = (place as usize).min(HEAT.len() - 2);
     let t = place - at as f32;

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod compare;
+pub mod compare_light;
 pub mod devices;
 pub mod export;
 pub mod info;
@@ -55,6 +56,7 @@ pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
             Ok(Outcome::Done)
         }
         Some(Command::Compare(args)) => compare::run(args, &context),
+        Some(Command::CompareLight(args)) => compare_light::run(args, &context),
         Some(Command::Bench(args)) => bench::run(args, &context),
         Some(Command::Render(args)) => render::run(args, &context),
         Some(Command::Info(args)) => info::run(args, &context),

@@ -62,12 +62,46 @@ pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Res
         let name = Text::from(format!("runelight:{name}").as_str());
         attributes.other.insert(name, value);
     }
+    encode(file, [film.width, film.height], channels, attributes)
+}
+
+/// Writes layers of `width * height` RGB values each, rows from the top; one without a name is plain
+/// R, G, B.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_rgb_layers(
+    file: &mut std::fs::File,
+    [width, height]: [u32; 2],
+    layers: &[(&str, &[[f32; 3]])],
+) -> Result<()> {
+    let channels = (layers.iter())
+        .flat_map(|(name, values)| {
+            (0..3).zip(["R", "G", "B"]).map(move |(c, letter)| {
+                let channel = match *name {
+                    "" => letter.to_owned(),
+                    name => format!("{name}.{letter}"),
+                };
+                let samples = floats(values.iter().map(|p| p[c]), false);
+                AnyChannel::new(channel.as_str(), samples)
+            })
+        })
+        .collect();
+    encode(file, [width, height], channels, LayerAttributes::default())
+}
+
+fn encode(
+    file: &mut std::fs::File,
+    [width, height]: [u32; 2],
+    channels: Vec<AnyChannel<FlatSamples>>,
+    attributes: LayerAttributes,
+) -> Result<()> {
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = Vec2(film.width as usize, film.height as usize);
+    let size = Vec2(width as usize, height as usize);
     let channels = AnyChannels::sort(channels.into_iter().collect());
     let mut image = Image::from_layer(Part::new(size, attributes, encoding, channels));
     // The primaries and the white point of ITU-R BT.709, which are sRGB's.

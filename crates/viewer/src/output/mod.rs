@@ -5,6 +5,7 @@ pub mod layers;
 mod part;
 mod png_file;
 
+pub use exr_file::write_rgb_layers;
 pub use layers::{Layer, Plane};
 pub use part::{PartFile, remove_unfinished};
 pub use png_file::write_rgb8;

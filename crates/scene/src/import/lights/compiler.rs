@@ -5,7 +5,6 @@ use super::suns;
 use crate::import::notes::Notes;
 use crate::light::{CompilerLight, Falloff, PointLight, Spot};
 use bsp::Bsp;
-use bsp::bsp::contents;
 use bsp::entity::Entity;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -15,6 +14,8 @@ use std::f32::consts::PI;
 pub const IRRADIANCE_PER_VALUE: f32 = PI / 128.0;
 /// How far a light in solid is moved along one axis, world units.
 const NUDGE: f32 = 2.0;
+/// A light nearer to solid than this counts as in it, world units.
+const TOUCHING: f64 = 0.1;
 
 /// A light of `delay` 4: where nothing is between, its style's light is at least this.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,10 +159,7 @@ pub fn scattered(i: u32) -> Vec3 {
 /// A light in solid is moved by two units along the first axis that leads out, as ericw-tools does;
 /// where none does it stays, and lights nothing.
 fn out_of_solid(bsp: &Bsp, origin: Vec3) -> Vec3 {
-    let is_solid = |p: Vec3| {
-        (bsp.point_contents(0, p.to_array()))
-            .is_some_and(|c| c == contents::SOLID || c == contents::SKY)
-    };
+    let is_solid = |p: Vec3| bsp.touches_solid(0, p.as_dvec3().to_array(), TOUCHING);
     if !is_solid(origin) {
         return origin;
     }
