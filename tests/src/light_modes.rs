@@ -3,8 +3,14 @@
 
 use mapc::{Map, Texture};
 
+/// A room's name, and the keys of its lights.
+pub type Room = (
+    &'static str,
+    &'static [&'static [(&'static str, &'static str)]],
+);
+
 /// What each style's room has, in order from style 1.
-pub const ROOMS: [(&str, &[&[(&str, &str)]]); 12] = [
+pub const ROOMS: [Room; 12] = [
     ("delay 0", &[&[("light", "300")]]),
     ("delay 1", &[&[("light", "40"), ("delay", "1")]]),
     (

@@ -460,3 +460,53 @@ fn info_counts_what_an_independent_reader_counts() {
         }
     }
 }
+
+#[test]
+fn lightmaps_are_measured_and_a_limit_is_a_limit() {
+    let dir = tempfile::tempdir().unwrap();
+    let level = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/baked/light_modes.bsp");
+    let level = level.to_str().unwrap();
+    let args = [
+        "compare-light",
+        level,
+        "--json",
+        "-o",
+        "heat.png",
+        "-o",
+        "light.exr",
+    ];
+    let (code, out, _) = run(dir.path(), &args);
+    let told: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(code, 0);
+    assert_eq!(told["median"], 0.0);
+    assert!(told["luxels"].as_u64() > Some(30_000));
+    assert_eq!(told["styles"].as_array().map(Vec::len), Some(13));
+    assert_eq!(names(dir.path()), ["heat.png", "light.exr"]);
+    let (code, _, err) = run(dir.path(), &["compare-light", level, "--max-p99=-1"]);
+    assert_eq!(code, 3);
+    assert!(
+        err.contains("99th percentile is") && err.contains("more than the -1 allowed"),
+        "{err}"
+    );
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sample/sample.bsp");
+    let (code, _, err) = run(dir.path(), &["compare-light", sample.to_str().unwrap()]);
+    assert_eq!(code, 1);
+    assert!(err.contains("no lightmaps to compare with"), "{err}");
+}
+
+#[test]
+fn other_lights_than_physical_need_no_long_paths() {
+    let dir = tempfile::tempdir().unwrap();
+    for (lighting, depth) in [("compiler", 2), ("lightmap", 1), ("fullbright", 1)] {
+        let args = small(&["--spp", "1", "--json", "--depth", "0", "-o", "a.png"]);
+        let args: Vec<&str> = args.into_iter().chain(["--lighting", lighting]).collect();
+        let (code, out, err) = run(dir.path(), &args);
+        assert_eq!(code, 0, "{err}");
+        let told: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(
+            (told["lighting"].as_str(), told["depth"].as_u64()),
+            (Some(lighting), Some(depth))
+        );
+        assert_eq!(told["estimator"], "nee");
+    }
+}
