@@ -51,7 +51,7 @@ float choice_probability(uint cell_index, vec3 from, uint emitter, float power) 
     if (SELECTION == SELECTION_UNIFORM) return 1.0 / float(params.scene.at[0].entry_count);
     if (SELECTION != SELECTION_LEAF) return power;
     const Cell cell = params.scene.at[0].cells.at[cell_index];
-    if (cell.count == 0u) return power;
+    if (cell.count == 0u) return tree_probability(from, emitter);
     return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
 }
 
@@ -65,7 +65,7 @@ float pdf_light(uint cell, vec3 from, Surface s, float squared_distance, float c
         * squared_distance / max(abs(cos_light), 1e-12);
 }
 
-// `chosen` is the probability of the choice where the choice told it, by the tree.
+// `chosen` is the probability of the choice where the choice told it, by the tree; else below 0.
 LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2 u) {
     const Emitter emitter = params.scene.at[0].emitters.at[number];
     LightSample s;
@@ -85,7 +85,7 @@ LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2
     const float distance = sqrt(squared);
     s.wi = to_light / distance;
     const float cos_light = -dot(t.normal, s.wi);
-    const float probability = SELECTION == SELECTION_TREE
+    const float probability = chosen >= 0.0
         ? chosen : choice_probability(cell, from, number, emitter.probability);
     s.pdf = probability * pdf_area * squared / max(abs(cos_light), 1e-12);
     // The light's own surface must not shadow it: stop short by its error bound.
@@ -115,7 +115,7 @@ float spot_factor(Light light, float cosine) {
 LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, vec2 u) {
     const Light light = params.scene.at[0].lights.at[index];
     const uint emitter = params.scene.at[0].emitter_count + index;
-    const float probability = SELECTION == SELECTION_TREE
+    const float probability = chosen >= 0.0
         ? chosen : choice_probability(cell, from, emitter, light.probability);
     if (HAS_COMPILER_LIGHTS) return sample_compiler_light(light, probability, from);
     const vec3 to_centre = light.position - from;
@@ -156,7 +156,7 @@ LightSample sample_sun(uint index, float chosen, uint cell, vec3 from, vec2 u) {
     s.sun = true;
     s.t_max = params.t_max;
     s.wi = sample_cone(sun.direction, sun.one_minus_cos, u);
-    s.pdf = SELECTION == SELECTION_TREE ? chosen * pdf_cone(sun.one_minus_cos)
+    s.pdf = chosen >= 0.0 ? chosen * pdf_cone(sun.one_minus_cos)
                                         : pdf_sun(index, cell, from);
     s.emission = s.pdf > 0.0 ? sun.radiance : vec3(0.0);
     return s;
@@ -185,9 +185,8 @@ uint choose_emitter(vec2 u) {
 }
 
 // One emitter by a cell's list, or by the table over all.
-uint choose_listed(uint cell_index, vec2 u) {
-    const Cell cell = params.scene.at[0].cells.at[cell_index];
-    const float fallback = cell.count == 0u ? 1.0 : params.scene.at[0].cell_fallback;
+uint choose_listed(Cell cell, vec2 u) {
+    const float fallback = params.scene.at[0].cell_fallback;
     if (u.x < fallback) return choose_emitter(vec2(u.x / fallback, u.y));
     const float x = (u.x - fallback) / (1.0 - fallback);
     const uint entry = min(uint(x * float(cell.count)), cell.count - 1u);
@@ -199,12 +198,18 @@ uint choose_listed(uint cell_index, vec2 u) {
 // One light as seen from a point in a cell: xy chooses it, zw the point on it.
 LightSample sample_light(uint cell, vec3 from, vec4 u) {
     uint chosen;
-    float probability = 0.0;
-    if (SELECTION == SELECTION_TREE) {
+    float probability = -1.0;
+    bool by_tree = SELECTION == SELECTION_TREE;
+    if (SELECTION == SELECTION_LEAF) {
+        const Cell here = params.scene.at[0].cells.at[cell];
+        by_tree = here.count == 0u;
+        if (!by_tree) chosen = choose_listed(here, u.xy);
+    } else if (!by_tree) {
+        chosen = choose_emitter(u.xy);
+    }
+    if (by_tree) {
         chosen = sample_tree(from, u.xy, probability);
         if (chosen == NO_EMITTER) return NO_SAMPLE;
-    } else {
-        chosen = SELECTION == SELECTION_LEAF ? choose_listed(cell, u.xy) : choose_emitter(u.xy);
     }
     const uint emitters = params.scene.at[0].emitter_count;
     if (!HAS_POINT_LIGHTS && !HAS_SUNS || chosen < emitters) {

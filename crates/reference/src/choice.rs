@@ -28,16 +28,16 @@ impl<'a> Choice<'a> {
     /// The choice at `point`.
     pub fn at(scene: &'a Scene, selection: Selection, point: DVec3) -> Self {
         let all = scene.emitters.alias.as_slice();
+        let tree = || match &scene.emitters.tree {
+            tree if tree.nodes.is_empty() => Self::Power(all),
+            tree => Self::Tree { tree, from: point },
+        };
         match selection {
             Selection::Uniform => Self::Uniform(all.len()),
             Selection::Power => Self::Power(all),
-            Selection::Tree if scene.emitters.tree.nodes.is_empty() => Self::Power(all),
-            Selection::Tree => Self::Tree {
-                tree: &scene.emitters.tree,
-                from: point,
-            },
+            Selection::Tree => tree(),
             Selection::Leaf => match list_at(scene, point) {
-                [] => Self::Power(all),
+                [] => tree(),
                 list => Self::List { list, all },
             },
         }
@@ -150,11 +150,22 @@ fn importance(node: &TreeNode, from: DVec3) -> f64 {
     if node.cos_cone <= -1.0 || distance2 <= radius2 {
         return weight;
     }
-    // Angles at the middle: to the point from the axis, the cone's, and that of the bounds' sphere.
-    let away = node.axis.as_dvec3().angle_between(to_point);
-    let cone = f64::from(node.cos_cone).clamp(-1.0, 1.0).acos();
-    let bounds = (radius2 / distance2).sqrt().asin();
-    weight * (away - cone - bounds).max(0.0).cos().max(0.0)
+    // Angles at the middle, from the axis to the point less the cone's half angle less that of the
+    // bounds' sphere, by their cosines and sines.
+    let away = (node.axis.as_dvec3().dot(to_point) / distance2.sqrt()).clamp(-1.0, 1.0);
+    let cone = f64::from(node.cos_cone);
+    let less = |(cos_a, sin_a): (f64, f64), (cos_b, sin_b): (f64, f64)| {
+        if cos_a > cos_b {
+            (1.0, 0.0)
+        } else {
+            (cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b)
+        }
+    };
+    let with_sine = |cos: f64| (cos, (1.0 - cos * cos).max(0.0).sqrt());
+    let sin2_bounds = radius2 / distance2;
+    let bounds = ((1.0 - sin2_bounds).sqrt(), sin2_bounds.sqrt());
+    let (cos, _) = less(less(with_sine(away), with_sine(cone)), bounds);
+    weight * cos.max(0.0)
 }
 
 /// Chooses an entry of an alias table by one number in `0..1`.

@@ -17,6 +17,10 @@ pub const FALLBACK: f32 = 0.1;
 /// Most lights in a cell's list: the rest is left to the fallback.
 const MOST_PER_CELL: usize = 128;
 
+/// A list that would lack more than the rest of this share of the weight is left empty: the tree over
+/// all lights knows better.
+const LEAST_COVERED: f32 = 0.5;
+
 /// Most entries of all lists together; 16 bytes each.
 const MOST_ENTRIES: usize = 1 << 21;
 
@@ -44,7 +48,7 @@ pub const CELL: u32 = 1 << 31;
 pub struct Cell {
     /// First entry.
     pub begin: u32,
-    /// Number of entries; without any, the table over all emitters chooses alone.
+    /// Number of entries; without any, the tree over all lights chooses.
     pub count: u32,
 }
 
@@ -139,10 +143,14 @@ impl LightCells {
                 let weight = weight(&extents[emitter as usize], bounds);
                 (weight > 0.0 && weight.is_finite()).then_some((emitter, weight))
             }));
+            let all: f32 = weighed.iter().map(|&(_, w)| w).sum();
             if weighed.len() > most {
                 weighed.select_nth_unstable_by(most, |a, b| b.1.total_cmp(&a.1));
                 weighed.truncate(most);
                 weighed.sort_unstable_by_key(|&(emitter, _)| emitter);
+                if weighed.iter().map(|&(_, w)| w).sum::<f32>() < LEAST_COVERED * all {
+                    weighed.clear();
+                }
             }
             cells.push(Cell {
                 begin: entries.len() as u32,

@@ -50,7 +50,8 @@ pub enum Selection {
     /// direction lights face, for very many lights in one place.
     Tree,
     /// By the lists of [`crate::LightCells`]: what may be seen from where, by power over squared
-    /// distance, and in a tenth of the cases by power. By power where a scene has no lists.
+    /// distance, and in a tenth of the cases by power. By the tree where there is no list, or too
+    /// much would be missing in it.
     #[default]
     Leaf,
 }

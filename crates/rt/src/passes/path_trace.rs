@@ -83,8 +83,8 @@ impl PathTrace {
             u32::from(settings.aovs),
             u32::from(kind == Kind::LogRays),
             match settings.selection {
-                Selection::Leaf if scene.has_cells => abi::SELECTION_LEAF,
-                Selection::Tree if scene.has_tree => abi::SELECTION_TREE,
+                Selection::Leaf if scene.has_cells && scene.has_tree => abi::SELECTION_LEAF,
+                Selection::Leaf | Selection::Tree if scene.has_tree => abi::SELECTION_TREE,
                 Selection::Power | Selection::Leaf | Selection::Tree => abi::SELECTION_POWER,
                 Selection::Uniform => abi::SELECTION_UNIFORM,
             },
