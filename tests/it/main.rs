@@ -3,6 +3,7 @@
 mod adaptive;
 mod display;
 mod every_level;
+mod everything;
 mod film;
 mod golden;
 mod hard;
