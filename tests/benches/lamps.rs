@@ -20,6 +20,8 @@ const HEIGHT: f32 = 384.0;
 /// Radiance of a white ceiling of lamps that would light the hall as much.
 const CEILING: f32 = 0.5;
 const LAMP: f32 = 4.0;
+/// Runs with other seeds, whose errors are averaged and of whose times the least is told.
+const RUNS: u64 = 4;
 
 struct Args {
     device: String,
@@ -156,18 +158,22 @@ fn main() -> Result<(), Box<dyn Error>> {
             height,
             candidates: CANDIDATES,
             selection: Selection::Tree,
-            seed: 1,
+            seed: RUNS,
             ..settings(eye.clone(), 1, Estimator::Mis, 3)
         };
         let truth = render(gpu.as_ref(), &scene, &view, args.reference)?.0;
-        view.seed = 0;
         for selection in [Selection::Power, Selection::Tree] {
             view.selection = selection;
-            let (film, ms) = render(gpu.as_ref(), &scene, &view, args.spp)?;
+            let (mut ms, mut error) = (f64::INFINITY, 0.0);
+            for run in 0..RUNS {
+                view.seed = run;
+                let (film, once) = render(gpu.as_ref(), &scene, &view, args.spp)?;
+                ms = ms.min(once);
+                error += relmse(&film, &truth) / RUNS as f64;
+            }
             println!(
-                "| {count} | {} | {ms:.3} | {:.5} | {prepare:.0} |",
+                "| {count} | {} | {ms:.3} | {error:.5} | {prepare:.0} |",
                 selection.name(),
-                relmse(&film, &truth)
             );
         }
     }

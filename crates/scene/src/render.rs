@@ -129,7 +129,7 @@ pub struct Settings {
 /// Most [`Settings::candidates`].
 pub const MOST_CANDIDATES: u32 = 32;
 /// [`Settings::candidates`] where nothing says otherwise.
-pub const CANDIDATES: u32 = 8;
+pub const CANDIDATES: u32 = 4;
 
 /// Russian roulette starts after this many path vertices when the depth is unlimited.
 pub const ROULETTE_START: u32 = 3;
