@@ -84,7 +84,9 @@ fn in_a_white_furnace_everything_is_equally_bright() {
     );
     b.transform(odd_turn());
     let scene = b.build();
-    for estimator in Estimator::ALL {
+    // Light sampling alone has no bound on its variance where walls meet, so that its error can't be
+    // told from its samples: `agreement` judges it where they do not shine.
+    for estimator in [Estimator::Naive, Estimator::Uniform, Estimator::Mis] {
         let film = render(&scene, &settings(inside(), 16, estimator, 0), 128);
         assert_mean(&film, [1.0; 3], 4.0, estimator.name());
         assert_eq!(film.counters.escaped, 0);
