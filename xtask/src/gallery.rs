@@ -94,7 +94,7 @@ const SECTIONS: [(&str, &str, &[Picture]); 4] = [
             },
             Picture {
                 name: "dark-mis-64",
-                caption: "`mis` at 64 samples.",
+                caption: "`mis` at 64 samples: everything can be seen, with noise.",
                 options: "--size 256x144 --depth 4 --camera 2 --emission-scale 256 --spp 64",
                 truth: Some("dark-truth"),
             },
@@ -118,19 +118,19 @@ const SECTIONS: [(&str, &str, &[Picture]); 4] = [
             },
             Picture {
                 name: "hall-compiler",
-                caption: "Direct light of the light entities by the light compilers' formulas, at 0 s. The lamp of style 10 (a faulty tube) lights the pillar on the right.",
+                caption: "Direct light of the light entities by the light compilers' formulas, at 0 s. The lamp of style 10 (a faulty tube) lights the wall at the right edge.",
                 options: "--size 512x288 --camera 0 --lighting compiler --estimator nee --depth 2 --spp 16",
                 truth: None,
             },
             Picture {
                 name: "hall-compiler-later",
-                caption: "The same at 0.25 s: the tube is off in this tenth of a second, and the pillar is dark.",
+                caption: "The same at 0.25 s: the tube is off in this tenth of a second, and the wall is dark.",
                 options: "--size 512x288 --camera 0 --lighting compiler --estimator nee --depth 2 --at 0.25 --spp 16",
                 truth: None,
             },
             Picture {
                 name: "hall-materials",
-                caption: "Physical light with the materials for common families of texture names.",
+                caption: "Materials for common families of texture names: the floor is glossy and shows the lava.",
                 options: "--size 512x288 --depth 4 --camera 0 --materials default --candidates 1 --spp 64",
                 truth: None,
             },
