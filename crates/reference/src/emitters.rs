@@ -29,9 +29,7 @@ impl World {
                 table,
             } => {
                 let map = &emitters.maps[map as usize];
-                let size = map_size(map);
-                let tile = (point.uv / size).floor();
-                let texel = texel(map, point.uv - tile * size);
+                let (tile, texel) = tile_and_texel(map, point.uv);
                 let label =
                     map.labels[(texel[1] * map.width + texel[0]) as usize].checked_sub(1)?;
                 let along = |axis: usize, tile: f64| {
@@ -80,10 +78,7 @@ impl World {
             Shape::Part { divisions, .. } => f64::from(divisions).powi(2) / point.area,
             Shape::Texels { map, rectangle, .. } => {
                 let map = &self.scene.emitters.maps[map as usize];
-                let [x, y] = texel(
-                    map,
-                    point.uv - (point.uv / map_size(map)).floor() * map_size(map),
-                );
+                let (_, [x, y]) = tile_and_texel(map, point.uv);
                 let part = f64::from(map.sum([x, y, x + 1, y + 1])) / f64::from(map.sum(rectangle));
                 part * point.uv_area / point.area
             }
@@ -142,39 +137,43 @@ fn map_size(map: &EmissionMap) -> DVec2 {
     DVec2::new(f64::from(map.width), f64::from(map.height))
 }
 
-/// The texel at a point of a map; the next one where rounding puts it outside.
-fn texel(map: &EmissionMap, p: DVec2) -> [u32; 2] {
-    [
+/// The tile at texture coordinates, and the texel in it; the next one where rounding puts it outside.
+fn tile_and_texel(map: &EmissionMap, uv: DVec2) -> (DVec2, [u32; 2]) {
+    let size = map_size(map);
+    let tile = (uv / size).floor();
+    let p = uv - tile * size;
+    let texel = [
         (p.x.max(0.0) as u32).min(map.width - 1),
         (p.y.max(0.0) as u32).min(map.height - 1),
-    ]
+    ];
+    (tile, texel)
 }
 
 /// A point of a rectangle of texels: a texel in proportion to its part, then a uniform point in it.
 /// Density per squared texel: the texel's part divided by the rectangle's.
 pub(crate) fn sample_texels(map: &EmissionMap, [x0, y0, x1, y1]: Rectangle, u: [f64; 2]) -> DVec2 {
     // First the row, then the texel in it; what is left of each number gives the place inside.
-    let (y, v) = invert(u[1], y0..y1, |y| map.sum([x0, y, x1, y + 1]));
-    let (x, u) = invert(u[0], x0..x1, |x| map.sum([x, y, x + 1, y + 1]));
+    let (y, v) = invert(u[1], y0..y1, |end| map.sum([x0, y0, x1, end]));
+    let (x, u) = invert(u[0], x0..x1, |end| map.sum([x0, y, end, y + 1]));
     DVec2::new(f64::from(x) + u, f64::from(y) + v)
 }
 
-/// Chooses from `range` in proportion to `part`, and how far `u` came in the part chosen.
-fn invert(u: f64, range: std::ops::Range<u32>, part: impl Fn(u32) -> u32) -> (u32, f64) {
-    let total: u64 = range.clone().map(|i| u64::from(part(i))).sum();
-    let mut rest = u * total as f64;
-    let mut last = (range.start, 0.0);
-    for i in range {
-        let part = f64::from(part(i));
-        if part > 0.0 {
-            last = (i, (rest / part).min(1.0 - f64::EPSILON));
-            if rest < part {
-                break;
-            }
+/// Chooses from `range` in proportion to parts that sum to `up_to` its argument, and how far `u` came
+/// in the part chosen.
+fn invert(u: f64, range: std::ops::Range<u32>, up_to: impl Fn(u32) -> u32) -> (u32, f64) {
+    let target = u * f64::from(up_to(range.end));
+    let (mut low, mut high) = (range.start, range.end - 1);
+    while low < high {
+        let middle = low.midpoint(high);
+        if f64::from(up_to(middle + 1)) > target {
+            high = middle;
+        } else {
+            low = middle + 1;
         }
-        rest -= part;
     }
-    last
+    let before = f64::from(up_to(low));
+    let part = f64::from(up_to(low + 1)) - before;
+    (low, ((target - before) / part).min(1.0 - f64::EPSILON))
 }
 
 /// Barycentric weights of a point of the plane.

@@ -55,6 +55,16 @@ pub(crate) struct Vertex<'a> {
     pub absorption: DVec3,
 }
 
+impl Vertex<'_> {
+    /// Weight of a light sample in `direction` that a ray could have found, too.
+    fn light_weight(&self, estimator: Estimator, pdf_light: f64, direction: DVec3) -> f64 {
+        match estimator {
+            Estimator::Mis => mis_weight(pdf_light, self.bsdf.pdf(direction)),
+            _ => 1.0,
+        }
+    }
+}
+
 /// Samples one light as seen from a vertex, out of several candidates by the choice there: in
 /// proportion to the luminance that each would add, and for the mean of all (Talbot, Cline and Egbert
 /// 2005). The weights against hitting the light are those of a single candidate.
@@ -173,10 +183,7 @@ fn sample_emitter(
     }
     let pdf_area = world.pdf_light_area(choice, number, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
-    let weight = match estimator {
-        Estimator::Mis => mis_weight(pdf_light, vertex.bsdf.pdf(direction)),
-        _ => 1.0,
-    };
+    let weight = vertex.light_weight(estimator, pdf_light, direction);
     Some(Candidate {
         radiance: emitted * (weight / pdf_light),
         direction,
@@ -259,10 +266,7 @@ fn sample_sun(
     if !(cos > 0.0 && pdf_light > 0.0) {
         return None;
     }
-    let weight = match estimator {
-        Estimator::Mis => mis_weight(pdf_light, vertex.bsdf.pdf(direction)),
-        _ => 1.0,
-    };
+    let weight = vertex.light_weight(estimator, pdf_light, direction);
     Some(Candidate {
         radiance: sun.radiance.as_dvec3() * (weight / pdf_light),
         direction,
