@@ -4,7 +4,8 @@
 //! [--size WxH]` prints a Markdown report: milliseconds per frame, paths and rays per second, the
 //! ratio to a pipeline that only traces the same rays, and the acceleration structures' times.
 
-use rt::{Gpu, Options, PathTracer, Vulkan, Yardstick};
+use rt::{Gpu, PathTracer, Yardstick};
+use runelight_tests::devices::{open_named, parse_size};
 use runelight_tests::levels;
 use scene::Scene;
 use scene::import::LightMode;
@@ -39,11 +40,7 @@ fn args() -> Result<Args, Box<dyn Error>> {
             "--data" => args.data = value()?.into(),
             "--level" => args.level = value()?,
             "--device" => args.device = value()?,
-            "--size" => {
-                let text = value()?;
-                let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
-                args.size = [w.parse()?, h.parse()?];
-            }
+            "--size" => args.size = parse_size(&value()?)?,
             other => return Err(format!("unknown option {other}").into()),
         }
     }
@@ -52,19 +49,14 @@ fn args() -> Result<Args, Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args = args()?;
-    let vulkan = Vulkan::new(Options::default())?;
-    let device = (vulkan.devices()?.into_iter())
-        .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&args.device.to_lowercase()))
-        .min_by_key(|d| d.kind)
-        .ok_or("no such Vulkan device")?;
-    let gpu = vulkan.open(device.index)?;
+    let (gpu, device) = open_named(&args.device)?;
 
     let start = Instant::now();
     let game = levels::open(&args.data)?;
     let scene = levels::load(&game, &args.level, LightMode::default())?;
     let import_ms = start.elapsed().as_secs_f64() * 1e3;
     let [width, height] = args.size;
-    println!("Device: {}, {}", device.name, device.driver);
+    println!("Device: {device}");
     println!(
         "Level: {}, {} triangles, {} instances, {} emitters, {} point lights",
         scene.name,

@@ -7,8 +7,9 @@
 
 use glam::Vec3;
 use reference::Reference;
-use rt::{Gpu, Options, PathTracer, Vulkan};
+use rt::{Gpu, PathTracer};
 use runelight_tests::builder::{Builder, camera, settings};
+use runelight_tests::devices::{open_named, parse_size};
 use scene::Scene;
 use scene::render::{CANDIDATES, Estimator, Film, RELMSE_EPSILON, Renderer, Selection, Settings};
 use std::error::Error;
@@ -48,11 +49,7 @@ fn args() -> Result<Args, Box<dyn Error>> {
             "--spp" => args.spp = value()?.parse()?,
             "--reference" => args.reference = value()?.parse()?,
             "--most" => args.most = value()?.parse()?,
-            "--size" => {
-                let text = value()?;
-                let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
-                args.size = [w.parse()?, h.parse()?];
-            }
+            "--size" => args.size = parse_size(&value()?)?,
             other => return Err(format!("unknown option {other}").into()),
         }
     }
@@ -129,14 +126,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("Device: cpu");
         None
     } else {
-        let vulkan = Vulkan::new(Options::default())?;
-        let wanted = args.device.to_lowercase();
-        let device = (vulkan.devices()?.into_iter())
-            .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&wanted))
-            .min_by_key(|d| d.kind)
-            .ok_or("no such Vulkan device")?;
-        println!("Device: {}, {}", device.name, device.driver);
-        Some(vulkan.open(device.index)?)
+        let (gpu, device) = open_named(&args.device)?;
+        println!("Device: {device}");
+        Some(gpu)
     };
     let [width, height] = args.size;
     println!(

@@ -7,9 +7,10 @@
 //! `docs/accuracy.md`.
 
 use glam::{DVec3, Vec3};
-use rt::{Gpu, Options, PathTracer, Vulkan};
+use rt::{Gpu, PathTracer};
 use runelight::output::{Layer, Outputs, Style};
 use runelight_tests::builder::{Builder, camera, settings, unit};
+use runelight_tests::devices::open_named;
 use runelight_tests::levels;
 use scene::Scene;
 use scene::import::LightMode;
@@ -103,12 +104,7 @@ fn gpu() -> Anything<Gpu> {
             other => return Err(format!("unknown option {other}").into()),
         }
     }
-    let vulkan = Vulkan::new(Options::default())?;
-    let device = (vulkan.devices()?.into_iter())
-        .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&wanted.to_lowercase()))
-        .min_by_key(|d| d.kind)
-        .ok_or("no such Vulkan device")?;
-    Ok(vulkan.open(device.index)?)
+    Ok(open_named(&wanted)?.0)
 }
 
 /// Prints a row: quantiles of the errors' sizes.

@@ -68,3 +68,28 @@ pub fn render(device: Device, scene: &Arc<Scene>, settings: &Settings, samples: 
     );
     film
 }
+
+/// Opens the best usable Vulkan device with this text in its name, without validation, and says which it
+/// is and by which driver: for benchmarks.
+///
+/// # Errors
+/// When there is none, or it can't be opened.
+pub fn open_named(text: &str) -> Result<(Gpu, String), Box<dyn std::error::Error>> {
+    let vulkan = Vulkan::new(Options::default())?;
+    let wanted = text.to_lowercase();
+    let device = (vulkan.devices()?.into_iter())
+        .filter(|d| d.is_usable() && d.name.to_lowercase().contains(&wanted))
+        .min_by_key(|d| d.kind)
+        .ok_or("no such Vulkan device")?;
+    let described = format!("{}, {}", device.name, device.driver);
+    Ok((vulkan.open(device.index)?, described))
+}
+
+/// The numbers of `WxH`, as benchmarks take a size.
+///
+/// # Errors
+/// When it has another form.
+pub fn parse_size(text: &str) -> Result<[u32; 2], Box<dyn std::error::Error>> {
+    let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
+    Ok([w.parse()?, h.parse()?])
+}
