@@ -195,11 +195,7 @@ impl Builder {
         mesh.first_alpha_tested = (self.triangles)
             .partition_point(|t| !scene.materials[t.material.0 as usize].is_see_through());
         mesh.triangles = self.triangles;
-        scene.instances = vec![Instance {
-            mesh: 0,
-            transform: Affine3A::IDENTITY,
-            name: "worldspawn".into(),
-        }];
+        scene.instances = vec![Instance::new(0, Affine3A::IDENTITY, "worldspawn")];
         list_emitters(scene);
         Arc::new(self.scene.completed())
     }

@@ -278,11 +278,11 @@ mod tests {
         };
         let mut scene = Scene {
             meshes: vec![mesh],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: Affine3A::from_rotation_x(0.4) * Affine3A::from_rotation_z(1.1),
-                name: String::new(),
-            }],
+            instances: vec![Instance::new(
+                0,
+                Affine3A::from_rotation_x(0.4) * Affine3A::from_rotation_z(1.1),
+                "",
+            )],
             materials: vec![material(0), material(1)],
             textures: vec![picture(SIZE[0], SIZE[1], &grey), picture(1, 1, &|_, _| 255)],
             ..Scene::default()

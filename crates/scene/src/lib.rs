@@ -16,6 +16,7 @@ pub mod baked;
 pub mod camera;
 pub mod cells;
 pub mod emitter;
+pub mod frame;
 pub mod gloss;
 pub mod import;
 pub mod light;
@@ -29,18 +30,19 @@ pub use baked::BakedLight;
 pub use camera::Camera;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters};
+pub use frame::Frame;
 pub use light::{LightStyle, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
-pub use mesh::{Instance, Mesh, Triangle};
+pub use mesh::{Instance, Mesh, PoseBlend, SeenBy, Triangle};
 pub use sky::{Sky, Sun};
 
 use glam::{Affine3A, Vec3};
 
 /// A level at one moment, ready to be rendered.
 ///
-/// `meshes[0]` is the static world; every other mesh is a brush model that moves or repeats and is
-/// placed by one or more [`Instance`]s. `instances[0]` places the world with the identity.
+/// `meshes[0]` is the static world; every other mesh is a model that moves or repeats and is
+/// placed by [`Instance`]s. `instances[0]` places the world with the identity.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Name for people and file names, for example `e1m1`.
@@ -114,6 +116,12 @@ pub struct Features {
     pub baked_light: bool,
     /// Instances are placed elsewhere than where their mesh lies.
     pub instances: bool,
+    /// Instances are in poses between those of their mesh.
+    pub poses: bool,
+    /// Instances show other materials than their mesh has.
+    pub skins: bool,
+    /// Instances are met by some rays alone.
+    pub masks: bool,
 }
 
 impl Features {
@@ -182,7 +190,18 @@ impl Features {
             (
                 self.instances,
                 "instances",
-                "brush models placed beside the static world",
+                "models placed beside the static world",
+            ),
+            (
+                self.poses,
+                "poses",
+                "models in poses: vertices blended, facets' normals from their corners",
+            ),
+            (self.skins, "skins", "models that show another skin"),
+            (
+                self.masks,
+                "masks",
+                "models that the camera alone sees, or all but the camera",
             ),
         ]
         .into_iter()
@@ -247,12 +266,13 @@ impl Scene {
         let mut is_used = vec![false; self.materials.len()];
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh];
+            let positions = mesh.posed(instance.pose);
             for triangle in &mesh.triangles {
-                is_used[triangle.material.0 as usize] = true;
+                is_used[instance.material_of(triangle).0 as usize] = true;
                 for vertex in triangle.vertices {
                     let p = instance
                         .transform
-                        .transform_point3(mesh.positions[vertex as usize]);
+                        .transform_point3(positions[vertex as usize]);
                     self.bounds_min = self.bounds_min.min(p);
                     self.bounds_max = self.bounds_max.max(p);
                 }
@@ -282,6 +302,12 @@ impl Scene {
                 .instances
                 .iter()
                 .any(|i| i.transform != Affine3A::IDENTITY),
+            poses: self
+                .instances
+                .iter()
+                .any(|i| !self.meshes[i.mesh].poses.is_empty()),
+            skins: self.instances.iter().any(|i| i.material.is_some()),
+            masks: self.instances.iter().any(|i| i.seen_by != SeenBy::ALL),
         };
         self
     }
@@ -304,11 +330,10 @@ impl Scene {
         let near = (NEAR * extent.max_element()).max(NEAR);
         let distances = self.instances.iter().flat_map(|instance| {
             let mesh = &self.meshes[instance.mesh];
+            let positions = mesh.posed(instance.pose);
             mesh.triangles.iter().map(move |t| {
                 let corners = (t.vertices).map(|v| {
-                    let p = instance
-                        .transform
-                        .transform_point3(mesh.positions[v as usize]);
+                    let p = instance.transform.transform_point3(positions[v as usize]);
                     (p - origin).as_dvec3()
                 });
                 (mesh::distance_to_triangle(corners), t)

@@ -2,6 +2,7 @@
 
 use crate::material::MaterialId;
 use glam::{Affine3A, DVec3, Vec3};
+use std::borrow::Cow;
 
 /// One triangle of a [`Mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +15,8 @@ pub struct Triangle {
     /// that f32 keeps its precision.
     pub uv: [[f32; 2]; 3],
     /// Unit normal to the front, local space. Taken from the face's plane, so it is right even
-    /// where the triangle is a sliver.
+    /// where the triangle is a sliver. In a mesh with poses that of the first pose: the facets of
+    /// the others take theirs from their corners.
     pub normal: Vec3,
     /// What the surface looks like.
     pub material: MaterialId,
@@ -37,10 +39,66 @@ pub struct Mesh {
     pub triangles: Vec<Triangle>,
     /// Index of the first alpha-tested or translucent triangle; equals `triangles.len()` if there is none.
     pub first_alpha_tested: usize,
+    /// Poses that instances blend between, each as long as [`Mesh::positions`], which is the first
+    /// of them. Empty: the mesh is rigid.
+    pub poses: Vec<Vec<Vec3>>,
+    /// Materials that an instance may show instead of those of the triangles ([`Instance::material`])
+    /// and still be chosen as a light.
+    pub skins: Vec<MaterialId>,
+}
+
+impl Mesh {
+    /// Positions of a pose, local space. Poses that do not exist are the first.
+    #[must_use]
+    pub fn posed(&self, blend: PoseBlend) -> Cow<'_, [Vec3]> {
+        let of = |pose: u32| self.poses.get(pose as usize).unwrap_or(&self.positions);
+        if blend.fraction == 0.0 || blend.from == blend.to {
+            return Cow::Borrowed(of(blend.from));
+        }
+        let ends = of(blend.from).iter().zip(of(blend.to));
+        ends.map(|(&a, &b)| a + (b - a) * blend.fraction).collect()
+    }
+}
+
+/// A pose between two of a mesh's: `from + (to - from) * fraction` for every vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseBlend {
+    /// Index into [`Mesh::poses`]; 0 for rigid meshes.
+    pub from: u32,
+    /// Index into [`Mesh::poses`]; 0 for rigid meshes.
+    pub to: u32,
+    /// How far from the one to the other, 0 to 1.
+    pub fraction: f32,
+}
+
+/// Which rays meet an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SeenBy(u8);
+
+impl SeenBy {
+    /// Rays from the camera, up to what they end on. Rays that begin on what these alone meet miss
+    /// what [`SeenBy::OTHERS`] alone meet: a weapon in view does not stick in the head that holds it.
+    pub const CAMERA: Self = Self(1);
+    /// Rays from surfaces: reflections and shadows.
+    pub const OTHERS: Self = Self(2);
+    /// All rays.
+    pub const ALL: Self = Self(3);
+
+    /// Whether the camera's rays meet it.
+    #[must_use]
+    pub fn camera(self) -> bool {
+        self.0 & Self::CAMERA.0 != 0
+    }
+
+    /// Whether rays from surfaces meet it.
+    #[must_use]
+    pub fn others(self) -> bool {
+        self.0 & Self::OTHERS.0 != 0
+    }
 }
 
 /// A mesh placed in the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
     /// Index into `Scene::meshes`.
     pub mesh: usize,
@@ -48,6 +106,34 @@ pub struct Instance {
     pub transform: Affine3A,
     /// For people: the entity's classname, for example `func_door`; `worldspawn` for the world.
     pub name: String,
+    /// Its pose, of a mesh that has poses.
+    pub pose: PoseBlend,
+    /// Stands for the material of every triangle of the mesh, if there is one. Light passes through
+    /// it nowhere, unless the mesh has only triangles that light passes through.
+    pub material: Option<MaterialId>,
+    /// Which rays meet it.
+    pub seen_by: SeenBy,
+}
+
+impl Instance {
+    /// A mesh in its first pose and its own materials, seen by all.
+    #[must_use]
+    pub fn new(mesh: usize, transform: Affine3A, name: impl Into<String>) -> Self {
+        Self {
+            mesh,
+            transform,
+            name: name.into(),
+            pose: PoseBlend::default(),
+            material: None,
+            seen_by: SeenBy::ALL,
+        }
+    }
+
+    /// The material that a triangle of its mesh shows.
+    #[must_use]
+    pub fn material_of(&self, triangle: &Triangle) -> MaterialId {
+        self.material.unwrap_or(triangle.material)
+    }
 }
 
 /// Distance from the origin to the triangle with these corners, by the regions of its plane
@@ -70,6 +156,21 @@ pub(crate) fn distance_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn poses_blend_from_the_one_to_the_other() {
+        let poses = [0.0, 4.0, 8.0].map(|x| vec![Vec3::X * x, Vec3::Y * x]);
+        let mesh = Mesh {
+            positions: poses[0].clone(),
+            poses: poses.to_vec(),
+            ..Mesh::default()
+        };
+        let at = |from, to, fraction| mesh.posed(PoseBlend { from, to, fraction }).into_owned();
+        assert_eq!(at(1, 2, 0.0), poses[1]);
+        assert_eq!(at(1, 2, 1.0), poses[2]);
+        assert_eq!(at(2, 1, 0.25), [Vec3::X * 7.0, Vec3::Y * 7.0]);
+        assert_eq!(at(7, 7, 0.5), poses[0]);
+    }
 
     #[test]
     fn distances_to_triangles_are_those_to_their_nearest_points() {

@@ -33,16 +33,22 @@ pub(super) fn list(
     };
     lister.part_side = part_side(meshes, instances, materials);
     for (number, instance) in instances.iter().enumerate() {
+        if !instance.seen_by.others() {
+            continue;
+        }
         let mesh = &meshes[instance.mesh];
+        let positions = mesh.posed(instance.pose);
         let mut rest = mesh.triangles.as_slice();
         while let Some(first) = rest.first() {
             let same = |t: &&Triangle| t.face == first.face && t.material == first.material;
             let count = rest.iter().take_while(same).count();
             let (face, after) = rest.split_at(count);
-            if materials[first.material.0 as usize].emission_weight > 0.0 {
+            let material = instance.material_of(first);
+            if materials[material.0 as usize].emission_weight > 0.0 {
                 let start = (mesh.triangles.len() - rest.len()) as u32;
-                let map = lister.map_of(first.material, textures);
-                lister.add_face(Face::new(number as u32, instance, mesh, start, face), map);
+                let map = lister.map_of(material, textures);
+                let face = Face::new(number as u32, instance, &positions, start, face);
+                lister.add_face(face, map);
             }
             rest = after;
         }
@@ -53,13 +59,13 @@ pub(super) fn list(
 /// Longest side of parts, so that there are not too many.
 fn part_side(meshes: &[Mesh], instances: &[Instance], materials: &[Material]) -> f64 {
     let mut area = 0.0;
-    for instance in instances {
+    for instance in instances.iter().filter(|i| i.seen_by.others()) {
         let mesh = &meshes[instance.mesh];
-        let emissive = mesh.triangles.iter().enumerate();
-        for (i, t) in
-            emissive.filter(|(_, t)| materials[t.material.0 as usize].emission_weight > 0.0)
-        {
-            area += Placed::new(instance, mesh, i as u32, t).area;
+        let positions = mesh.posed(instance.pose);
+        let emits =
+            |t: &Triangle| materials[instance.material_of(t).0 as usize].emission_weight > 0.0;
+        for (i, t) in mesh.triangles.iter().enumerate().filter(|(_, t)| emits(t)) {
+            area += Placed::new(instance, &positions, i as u32, t).area;
         }
     }
     PART_SIDE.max((area / MOST_PARTS).sqrt())
@@ -85,9 +91,9 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(instance: &Instance, mesh: &Mesh, index: u32, t: &Triangle) -> Self {
+    fn new(instance: &Instance, positions: &[Vec3], index: u32, t: &Triangle) -> Self {
         let corners = (t.vertices).map(|v| {
-            let p = mesh.positions[v as usize];
+            let p = positions[v as usize];
             instance.transform.transform_point3(p).as_dvec3()
         });
         let [a, b, c] = corners;
@@ -127,9 +133,16 @@ struct Face {
 }
 
 impl Face {
-    fn new(number: u32, instance: &Instance, mesh: &Mesh, start: u32, face: &[Triangle]) -> Self {
+    /// `face` is triangles from number `start` on, of a mesh with vertices at `positions`.
+    fn new(
+        number: u32,
+        instance: &Instance,
+        positions: &[Vec3],
+        start: u32,
+        face: &[Triangle],
+    ) -> Self {
         let triangles: Vec<Placed> = (face.iter().zip(start..))
-            .map(|(t, i)| Placed::new(instance, mesh, i, t))
+            .map(|(t, i)| Placed::new(instance, positions, i, t))
             .filter(|t| t.area > 0.0 && t.area.is_finite())
             .collect();
         let m = instance.transform.matrix3;
@@ -140,7 +153,7 @@ impl Face {
             (y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z) * x.cross(y).dot(z).signum();
         Self {
             instance: number,
-            material: face[0].material,
+            material: instance.material_of(&face[0]),
             normal: Vec3::from(n).normalize_or_zero(),
             triangles,
         }

@@ -116,11 +116,8 @@ impl<'a> World<'a> {
         self.seal(&world);
         let file = self.lightmaps(bsp, &self.level.light);
         self.add_mesh("world", world, file);
-        self.instances.push(Instance {
-            mesh: 0,
-            transform: Affine3A::IDENTITY,
-            name: "worldspawn".to_owned(),
-        });
+        self.instances
+            .push(Instance::new(0, Affine3A::IDENTITY, "worldspawn"));
         let (poses, hidden) = poses::poses(bsp, entities, self.options, &mut self.notes);
         for model in hidden {
             self.report.faces_left_out += bsp.drawable_faces(model).count();
@@ -290,11 +287,7 @@ impl<'a> World<'a> {
             });
             return;
         }
-        self.instances.push(Instance {
-            mesh,
-            transform,
-            name: name.to_owned(),
-        });
+        self.instances.push(Instance::new(mesh, transform, name));
     }
 
     fn item_mesh(&mut self, file: &str) -> Option<(usize, Affine3A)> {
@@ -627,6 +620,7 @@ fn mesh(name: &str, part: ModelMesh) -> Mesh {
         positions: part.positions,
         first_alpha_tested: part.triangles.len(),
         triangles: part.triangles,
+        ..Mesh::default()
     }
 }
 

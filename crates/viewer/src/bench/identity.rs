@@ -20,8 +20,8 @@ use scene::light::{CompilerLight, Falloff, Spot};
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
-    Emitters, Finish, Instance, LightStyle, Material, Mesh, PointLight, Scene, Surface, Texture,
-    TextureId, Triangle,
+    Emitters, Finish, Instance, LightStyle, Material, Mesh, PointLight, PoseBlend, Scene, SeenBy,
+    Surface, Texture, TextureId, Triangle,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -102,9 +102,23 @@ pub fn level_hash(scene: &Scene) -> String {
         mesh,
         transform,
         name: _,
+        pose,
+        material,
+        seen_by,
     } in instances
     {
         h.int(*mesh as u64).floats(transform.to_cols_array());
+        // Scenes of brush models keep the number they had before there were others.
+        if *pose != PoseBlend::default() {
+            let PoseBlend { from, to, fraction } = *pose;
+            h.int(from.into()).int(to.into()).floats([fraction]);
+        }
+        if let Some(material) = material {
+            h.int(material.0.into());
+        }
+        if *seen_by != SeenBy::ALL {
+            h.int(u64::from(seen_by.camera()));
+        }
     }
     // Scenes that tell no styles apart keep the number they had before any did.
     for LightStyle { number, brightness } in styles {
@@ -176,9 +190,12 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
         positions,
         triangles,
         first_alpha_tested,
+        poses,
+        // What they look like is said by the instances that show them.
+        skins: _,
     } = mesh;
     h.int(positions.len() as u64);
-    for p in positions {
+    for p in positions.iter().chain(poses.iter().flatten()) {
         h.floats(p.to_array());
     }
     h.int(*first_alpha_tested as u64)

@@ -49,11 +49,13 @@ pub fn placed_triangles(
 ) -> impl Iterator<Item = PlacedTriangle> + use<'_> {
     scene.instances.iter().flat_map(move |instance| {
         let mesh = &scene.meshes[instance.mesh];
+        let positions = mesh.posed(instance.pose);
+        let is_posed = !mesh.poses.is_empty();
         let mirrored = instance.transform.matrix3.determinant() < 0.0;
         mesh.triangles.iter().filter_map(move |t| {
             // As the renderers place it: in f32. What is taken off afterwards is taken off in f64.
             let mut p = t.vertices.map(|v| {
-                let local = mesh.positions[v as usize];
+                let local = positions[v as usize];
                 instance.transform.transform_point3(local).as_dvec3() - origin
             });
             let mut uv = t.uv.map(|[u, v]| DVec2::new(f64::from(u), f64::from(v)));
@@ -63,12 +65,13 @@ pub fn placed_triangles(
             }
             let cross = (p[1] - p[0]).cross(p[2] - p[0]);
             let plane = instance.transform.transform_vector3(t.normal).as_dvec3();
-            let normal = plane.try_normalize().or(cross.try_normalize())?;
+            let plane = plane.try_normalize().filter(|_| !is_posed);
+            let normal = plane.or(cross.try_normalize())?;
             (cross.length_squared() > 0.0).then_some(PlacedTriangle {
                 p,
                 normal,
                 uv,
-                material: t.material,
+                material: instance.material_of(t),
             })
         })
     })

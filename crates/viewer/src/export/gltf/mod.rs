@@ -11,9 +11,10 @@ use anyhow::{Result, bail};
 use buffer::Buffer;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use scene::sky::{BOX_SIDES, SkyKind};
-use scene::{Camera, Instance, Material, Mesh, PointLight, Scene, Surface, TextureId};
+use scene::{Camera, Instance, Material, PointLight, PoseBlend, Scene, Surface, TextureId};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Write as _;
 use std::path::Path;
 
@@ -125,17 +126,23 @@ fn build(job: &Job<'_>) -> Result<Built> {
         .collect::<Result<_>>()?;
     let mut buffer = Buffer::default();
     let mut meshes = Vec::new();
-    // Meshes without a triangle have no place in the document.
-    let mut numbers = vec![None; scene.meshes.len()];
-    for (mesh, number) in scene.meshes.iter().zip(&mut numbers) {
-        if let Some(value) = self::mesh(scene, mesh, &mut buffer)? {
-            *number = Some(meshes.len());
-            meshes.push(value);
-        }
-    }
+    // A mesh in each pose and skin that it is shown in. Those without a triangle have no place in the
+    // document.
+    let mut numbers = HashMap::new();
     let mut nodes = Vec::new();
     for instance in &scene.instances {
-        if let Some(number) = numbers[instance.mesh] {
+        let PoseBlend { from, to, fraction } = instance.pose;
+        let look = (from, to, fraction.to_bits(), instance.material);
+        let number = match numbers.entry((instance.mesh, look)) {
+            Entry::Occupied(number) => *number.get(),
+            Entry::Vacant(place) => {
+                let value = mesh(scene, instance, &mut buffer)?;
+                let number = value.is_some().then_some(meshes.len());
+                meshes.extend(value);
+                *place.insert(number)
+            }
+        };
+        if let Some(number) = number {
             nodes.push(instance_node(instance, number));
         }
     }
@@ -297,11 +304,15 @@ fn mean_sky(scene: &Scene) -> Vec3 {
     }
 }
 
-/// A mesh with one primitive per material; `None` if it has no triangle.
-fn mesh(scene: &Scene, mesh: &Mesh, buffer: &mut Buffer) -> Result<Option<Value>> {
+/// An instance's mesh with one primitive per material, in its pose and skin; `None` if it has no
+/// triangle.
+fn mesh(scene: &Scene, instance: &Instance, buffer: &mut Buffer) -> Result<Option<Value>> {
+    let mesh = &scene.meshes[instance.mesh];
+    let positions = mesh.posed(instance.pose);
     let mut by_material: BTreeMap<u32, Vec<buffer::Vertex>> = BTreeMap::new();
     for triangle in &mesh.triangles {
-        let material = &scene.materials[triangle.material.0 as usize];
+        let id = instance.material_of(triangle);
+        let material = &scene.materials[id.0 as usize];
         let texture = &scene.textures[material.base.0 as usize];
         // A liquid's coordinates are in units of 64 to a tile, and lie still.
         let tile = scene::material::WARP_TILE as f32;
@@ -310,11 +321,16 @@ fn mesh(scene: &Scene, mesh: &Mesh, buffer: &mut Buffer) -> Result<Option<Value>
         } else {
             [texture.width as f32, texture.height as f32]
         };
-        let normal = (axes() * triangle.normal.as_dvec3()).normalize_or_zero();
-        let vertices = by_material.entry(triangle.material.0).or_default();
+        let [a, b, c] = triangle.vertices.map(|v| positions[v as usize].as_dvec3());
+        let normal = match mesh.poses.is_empty() {
+            true => triangle.normal.as_dvec3(),
+            false => (b - a).cross(c - a),
+        };
+        let normal = (axes() * normal).normalize_or_zero();
+        let vertices = by_material.entry(id.0).or_default();
         for (v, uv) in triangle.vertices.into_iter().zip(triangle.uv) {
             vertices.push(buffer::Vertex {
-                position: place(mesh.positions[v as usize]).as_vec3().to_array(),
+                position: place(positions[v as usize]).as_vec3().to_array(),
                 normal: normal.as_vec3().to_array(),
                 uv: [uv[0] / size[0], uv[1] / size[1]],
             });
