@@ -218,6 +218,8 @@ pub enum WarningKind {
     FileMissing,
     /// A picture or palette is odd.
     Picture,
+    /// A part of a model or sprite was repaired or left out.
+    Model,
 }
 
 /// One oddity: what kind, one sentence about its first occurrence, how often it occurred.

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use bsp::bsp::LightSamples;
 use bsp::lmp::{Colormap, Palette, Picture};
-use bsp::mdl::MdlHeader;
+use bsp::mdl::Mdl;
 use bsp::miptex::Animation;
 use bsp::pak::Directory;
-use bsp::spr::SprHeader;
+use bsp::spr::Spr;
 use bsp::wad::Wad;
 use bsp::{Bsp, Limits, Warnings, entity, sniff};
 
@@ -20,6 +20,8 @@ use bsp::{Bsp, Limits, Warnings, entity, sniff};
 mod data;
 #[path = "it/fixture.rs"]
 mod fixture;
+#[path = "it/model_fixture.rs"]
+mod models;
 
 /// Counts the bytes that the current thread holds, and the most it ever held.
 struct Counting;
@@ -102,7 +104,12 @@ fn read(bytes: &[u8], is_level: bool) {
     }
     let _ = (Palette::parse(bytes), Colormap::parse(bytes));
     let _ = Picture::parse(bytes, &limits, w);
-    let _ = (MdlHeader::parse(bytes), SprHeader::parse(bytes));
+    if let Ok(model) = Mdl::parse(bytes, &limits, w) {
+        for t in &model.triangles {
+            std::hint::black_box(t.vertices.map(|v| model.skin_coordinates(t, v)));
+        }
+    }
+    std::hint::black_box(Spr::parse(bytes, &limits, w).is_ok());
     let _ = LightSamples::from_lit(bytes, bytes.len().saturating_sub(8) / 3);
     if bytes.len() < 1 << 16 {
         let _ = entity::parse(bytes, &limits, w);
@@ -298,10 +305,64 @@ fn crafted_files_do_no_harm() {
     wad.extend([20_000_i32, 12].iter().flat_map(|v| v.to_le_bytes()));
     wad.resize(12 + 32 * 20_000, 0);
     measured("WAD directory", "", &wad, false);
+
+    // Models of as many of the smallest parts as fit, and of empty groups.
+    let model = |counts: [i32; 6], parts: &[u8]| {
+        let mut file = b"IDPO\x06\0\0\0".to_vec();
+        file.resize(48, 0);
+        file.extend(counts.iter().flat_map(|v| v.to_le_bytes()));
+        file.resize(84, 0);
+        [&file[..], parts].concat()
+    };
+    let one_each = [&[0; 5 + 12 + 16][..], &[0; 32]].concat();
+    let (n, single) = (20_000, [0, 0, 0, 0, 9]);
+    let skins = model(
+        [n, 1, 1, 1, 1, 1],
+        &[single.repeat(n as usize), one_each[5..].to_vec()].concat(),
+    );
+    measured("many skins", "", &skins, false);
+    let frames = model(
+        [1, 1, 1, 1, 1, n],
+        &[&one_each[..33], &vec![0; 32 * n as usize]].concat(),
+    );
+    measured("many frames", "", &frames, false);
+    for skins in [16, 17, 5000] {
+        let empty = [1_i32, 0].map(i32::to_le_bytes).concat();
+        let group = [1_i32, 30_000].map(i32::to_le_bytes).concat();
+        let parts = [empty.repeat(skins), group, vec![1; 5 * 30_000]].concat();
+        let file = model(
+            [skins as i32 + 1, 1, 1, 1, 1, 1],
+            &[&parts[..], &one_each[5..]].concat(),
+        );
+        measured("empty skin groups", "", &file, false);
+    }
+    let mut sprite = b"IDSP\x01\0\0\0".to_vec();
+    sprite.resize(36, 0);
+    sprite[24..28].copy_from_slice(&n.to_le_bytes());
+    sprite.resize(36 + 20 * n as usize, 0);
+    measured("many frames of a sprite", "", &sprite, false);
     println!(
         "most memory held: {} tenths of a file",
         WORST.load(Ordering::Relaxed)
     );
+}
+
+#[test]
+fn broken_models_and_sprites_do_no_harm() {
+    let files = [
+        ("a model".to_owned(), models::model().write()),
+        ("a sprite".to_owned(), models::sprite(1).write()),
+    ];
+    on_all_cores(&files, |i, name, file| {
+        torture(name, file, 99 + i as u64);
+        for at in 0..file.len().saturating_sub(4) {
+            for value in [0, 1, -1, 0x7fff, i32::MAX, i32::MIN, file.len() as i32] {
+                let mut changed = file.to_vec();
+                fixture::patch(&mut changed, at, value);
+                measured(name, &format!("{value} at {at}"), &changed, false);
+            }
+        }
+    });
 }
 
 #[test]

@@ -17,14 +17,18 @@
 //!    the hull's box.
 //!
 //! There is no lightmap: the lighting lump is empty, and engines show the level fully lit.
+//!
+//! Beside levels it writes alias models ([`Model`]) and sprites ([`Sprite`]).
 
 mod compile;
 mod face;
 mod map;
 mod math;
+mod model;
 mod parse;
 mod portal;
 pub mod sample;
+mod sprite;
 mod texture;
 mod tree;
 mod vis;
@@ -33,7 +37,9 @@ mod write;
 
 pub use map::{Brush, BrushFace, Entity, Map, Projection};
 pub use math::{Bounds, Plane, Vec3};
+pub use model::{Model, ModelFrame, ModelPose, ModelSkin, ModelSkinVertex};
 pub use parse::parse_map;
+pub use sprite::{Sprite, SpriteFrame, SpritePicture};
 pub use texture::{Contents, Texture};
 
 /// Why a map could not be compiled.

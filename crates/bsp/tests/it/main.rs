@@ -5,6 +5,8 @@ mod data;
 mod entities;
 mod fixture;
 mod gotchas;
+mod model_fixture;
+mod models;
 mod other_reader;
 mod real;
 mod room;

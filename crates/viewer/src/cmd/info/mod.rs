@@ -1,6 +1,7 @@
 //! `runelight info`.
 
 mod level;
+mod model;
 
 use super::Context;
 use crate::Outcome;
@@ -8,9 +9,7 @@ use crate::cli::Info;
 use crate::level::{Source, search_path};
 use anyhow::{Context as _, Result, bail};
 use bsp::lmp::{FIRST_FULLBRIGHT, Palette, Picture};
-use bsp::mdl::MdlHeader;
 use bsp::pak::PakFile;
-use bsp::spr::SprHeader;
 use bsp::wad::{Wad, lump_type};
 use bsp::{FileKind, Limits, Warnings, sniff};
 use serde_json::{Map, Value, json};
@@ -83,8 +82,12 @@ fn describe(file: &str, args: &Info, context: &Context) -> Result<Map<String, Va
             &Wad::parse(&bytes, &limits, &mut warnings).map_err(|e| e.in_file(file))?,
             &limits,
         ),
-        FileKind::Mdl => describe_mdl(&MdlHeader::parse(&bytes).map_err(|e| e.in_file(file))?),
-        FileKind::Spr => describe_spr(&SprHeader::parse(&bytes).map_err(|e| e.in_file(file))?),
+        FileKind::Mdl => {
+            model::describe_mdl(&bytes, &limits, &mut warnings).map_err(|e| e.in_file(file))?
+        }
+        FileKind::Spr => {
+            model::describe_spr(&bytes, &limits, &mut warnings).map_err(|e| e.in_file(file))?
+        }
         FileKind::Demo => json!({ "cd_track": cd_track(&bytes) }),
         FileKind::Palette => {
             describe_palette(&Palette::parse(&bytes).map_err(|e| e.in_file(file))?)
@@ -182,25 +185,6 @@ fn lump_name(kind: u8) -> String {
         lump_type::MIPTEX | lump_type::SOUND_OR_MIPTEX3 => "miptex".into(),
         other => format!("type {other}"),
     }
-}
-
-fn describe_mdl(header: &MdlHeader) -> Value {
-    json!({
-        "vertices": header.num_vertices,
-        "triangles": header.num_triangles,
-        "frames": header.num_frames,
-        "skins": header.num_skins,
-        "skin_size": format!("{}x{}", header.skin_width, header.skin_height),
-        "flags": format!("{:#x}", header.flags),
-    })
-}
-
-fn describe_spr(header: &SprHeader) -> Value {
-    json!({
-        "type": format!("{:?}", header.sprite_type),
-        "frames": header.num_frames,
-        "size": format!("{}x{}", header.max_width, header.max_height),
-    })
 }
 
 fn describe_palette(palette: &Palette) -> Value {
