@@ -41,3 +41,16 @@ use std::sync::Arc;
 on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "passages.rs",
     skies: "skies.rs",
     styles: "styles.rs");
+
+/// The same for files that ask for a renderer more than one picture at a time.
+mod moments {
+    mod cpu {
+        fn device() -> super::super::Device {
+            super::super::Device::Cpu
+        }
+        mod tests {
+            use super::device;
+            include!("moments.rs");
+        }
+    }
+}

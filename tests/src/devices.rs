@@ -1,8 +1,8 @@
 //! Rendering a scene on either device.
 
 use rt::{Gpu, Options, PathTracer, Vulkan};
-use scene::Scene;
 use scene::render::{Film, Renderer, Settings};
+use scene::{Frame, Scene};
 use std::sync::{Arc, OnceLock};
 
 /// The two renderers.
@@ -60,6 +60,42 @@ pub fn render(device: Device, scene: &Arc<Scene>, settings: &Settings, samples: 
                 reference::Reference::new(scene.clone(), settings).expect("a reference");
             tracer.accumulate(samples).expect("samples");
             tracer.film().expect("a film")
+        }
+    };
+    assert_eq!(
+        film.counters.nonfinite, 0,
+        "non-finite samples on {device:?}"
+    );
+    film
+}
+
+/// Renders moments into one picture, each with its samples per pixel.
+///
+/// # Panics
+/// As [`render`].
+pub fn render_moments(
+    device: Device,
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    moments: &[(Frame, u32)],
+) -> Film {
+    fn film<R: Renderer>(mut renderer: R, moments: &[(Frame, u32)]) -> Film {
+        for (frame, samples) in moments {
+            renderer.show(frame).expect("a frame");
+            renderer.accumulate(*samples).expect("samples");
+        }
+        renderer.film().expect("a film")
+    }
+    let film = match device {
+        Device::Vulkan => {
+            let tracer = PathTracer::new(gpu(), scene, settings).expect("a path tracer");
+            let film = film(tracer, moments);
+            assert_eq!(gpu().validation_messages(), [""; 0], "validation messages");
+            film
+        }
+        Device::Cpu => {
+            let tracer = reference::Reference::new(scene.clone(), settings);
+            film(tracer.expect("a reference"), moments)
         }
     };
     assert_eq!(

@@ -3,6 +3,7 @@
 pub mod devices;
 pub mod levels;
 pub mod light_modes;
+pub mod moving;
 pub mod scenes;
 pub mod stats;
 

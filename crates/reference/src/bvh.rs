@@ -5,7 +5,9 @@
 
 use crate::triangle::{PackedTriangle, Ray, TriangleHit, intersect};
 use glam::{DVec3, Vec3A, Vec4};
-use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2};
+use obvhs::aabb::Aabb;
+use obvhs::{BvhBuildParams, bvh2::Bvh2, bvh2::builder::build_bvh2};
+use std::ops::{ControlFlow, Range};
 use std::time::Duration;
 
 /// Set in a child that is a leaf; then come 4 bits of count and 27 bits of the first slot.
@@ -31,16 +33,22 @@ struct Node {
     children: [u32; 4],
 }
 
+/// Boxes, and which of them a ray meets. What is in a box is its owner's affair.
+#[derive(Debug, Default)]
+pub struct Tree {
+    nodes: Vec<Node>,
+    root: Option<u32>,
+}
+
 /// Triangles in the order of the hierarchy's leaves. The place of a triangle is its *slot*.
 #[derive(Debug)]
 pub struct Bvh {
-    nodes: Vec<Node>,
-    root: Option<u32>,
+    tree: Tree,
     triangles: Vec<PackedTriangle>,
 }
 
 /// What a traversal has still to look at: nodes and the least distance to them. It is only
-/// scratch memory, kept so that a ray allocates nothing.
+/// scratch memory, kept so that a ray allocates nothing; a traversal leaves it as it found it.
 pub type Stack = Vec<(u32, f32)>;
 
 /// The nearest hit of a ray.
@@ -52,32 +60,102 @@ pub struct Hit {
     pub at: TriangleHit,
 }
 
+impl Tree {
+    /// Builds the hierarchy; also returns the boxes' numbers in the order of its leaves.
+    pub fn build(boxes: &[Aabb]) -> (Self, Vec<u32>) {
+        let params = BvhBuildParams {
+            max_prims_per_leaf: MAX_LEAF,
+            collapse_traversal_cost: NODE_COST,
+            ..BvhBuildParams::medium_build()
+        };
+        let bvh2 = build_bvh2(boxes, params, &mut Duration::default());
+        let mut builder = Builder {
+            bvh2: &bvh2,
+            nodes: Vec::with_capacity(bvh2.nodes.len() / 2),
+            order: Vec::with_capacity(boxes.len()),
+        };
+        let root = (!boxes.is_empty()).then(|| builder.convert());
+        let Builder { nodes, order, .. } = builder;
+        (Self { nodes, root }, order)
+    }
+
+    /// Visits the leaves, as ranges of the order, whose boxes a ray may meet before `t_max`: with
+    /// `sorted` the near ones first. A visit answers with the new `t_max`, or ends all.
+    #[inline]
+    pub fn visit(
+        &self,
+        ray: &Ray,
+        mut t_max: f64,
+        sorted: bool,
+        stack: &mut Stack,
+        mut leaf: impl FnMut(Range<u32>, f64, &mut Stack) -> ControlFlow<(), f64>,
+    ) {
+        let Some(mut current) = self.root else { return };
+        let box_ray = BoxRay::new(ray);
+        let mut t_max_f32 = round_up(t_max);
+        let base = stack.len();
+        loop {
+            if current & LEAF == 0 {
+                let node = &self.nodes[current as usize];
+                let (near, mut lanes) = box_ray.meet(node, t_max_f32);
+                let near = near.to_array();
+                if lanes != 0 {
+                    let first = stack.len();
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros() as usize & 3;
+                        lanes &= lanes - 1;
+                        stack.push((node.children[lane], near[lane]));
+                    }
+                    if sorted {
+                        sort_far_to_near(&mut stack[first..]);
+                    }
+                    if let Some((child, _)) = stack.pop() {
+                        current = child;
+                        continue;
+                    }
+                }
+            } else {
+                let first = current & FIRST_MASK;
+                let count = (current & !LEAF) >> COUNT_SHIFT;
+                match leaf(first..first + count, t_max, stack) {
+                    ControlFlow::Continue(t) => (t_max, t_max_f32) = (t, round_up(t)),
+                    ControlFlow::Break(()) => {
+                        stack.truncate(base);
+                        return;
+                    }
+                }
+            }
+            loop {
+                if stack.len() == base {
+                    return;
+                }
+                match stack.pop() {
+                    Some((node, t)) if t <= t_max_f32 * SLACK => {
+                        current = node;
+                        break;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
 impl Bvh {
     /// Builds the hierarchy; also returns for each slot the index into `triangles` it came from.
     ///
     /// Corners must be finite and there must be at most [`MAX_TRIANGLES`] triangles.
     pub fn build(triangles: &[PackedTriangle]) -> (Self, Vec<u32>) {
         let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
-        let params = BvhBuildParams {
-            max_prims_per_leaf: MAX_LEAF,
-            collapse_traversal_cost: NODE_COST,
-            ..BvhBuildParams::medium_build()
-        };
-        let bvh2 = build_bvh2(&boxes, params, &mut Duration::default());
-        let mut builder = Builder {
-            bvh2: &bvh2,
-            nodes: Vec::with_capacity(bvh2.nodes.len() / 2),
-            order: Vec::with_capacity(triangles.len()),
-        };
-        let root = (!triangles.is_empty()).then(|| builder.convert());
-        let Builder { nodes, order, .. } = builder;
+        let (tree, order) = Tree::build(&boxes);
         let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
-        let bvh = Self {
-            nodes,
-            root,
-            triangles,
-        };
-        (bvh, order)
+        (Self { tree, triangles }, order)
+    }
+
+    /// The box around all triangles; `None` if there is none.
+    pub fn bounds(&self) -> Option<Aabb> {
+        let boxes = self.triangles.iter().map(bounds);
+        boxes.reduce(|a, b| Aabb::new(a.min.min(b.min), a.max.max(b.max)))
     }
 
     /// The triangle in a slot.
@@ -116,65 +194,25 @@ impl Bvh {
         stack: &mut Stack,
         accept: impl Fn(&Hit) -> bool,
     ) -> Option<Hit> {
-        let box_ray = BoxRay::new(ray);
-        let mut current = self.root?;
-        let mut t_max = t_max;
-        let mut t_max_f32 = round_up(t_max);
         let mut nearest = None;
-        stack.clear();
-        loop {
-            if current & LEAF == 0 {
-                let node = &self.nodes[current as usize];
-                let (near, mut lanes) = box_ray.meet(node, t_max_f32);
-                let near = near.to_array();
-                if lanes != 0 {
-                    let first = stack.len();
-                    while lanes != 0 {
-                        let lane = lanes.trailing_zeros() as usize & 3;
-                        lanes &= lanes - 1;
-                        stack.push((node.children[lane], near[lane]));
-                    }
-                    if !ANY {
-                        sort_far_to_near(&mut stack[first..]);
-                    }
-                    if let Some((child, _)) = stack.pop() {
-                        current = child;
+        (self.tree).visit(ray, t_max, !ANY, stack, |leaf, mut t_max, _| {
+            let triangles = &self.triangles[leaf.start as usize..leaf.end as usize];
+            for (slot, triangle) in leaf.zip(triangles) {
+                if let Some(at) = intersect(ray, triangle, t_max) {
+                    let hit = Hit { slot, at };
+                    if triangle.alpha_tested() && !accept(&hit) {
                         continue;
                     }
-                }
-            } else {
-                let first = current & FIRST_MASK;
-                let count = (current & !LEAF) >> COUNT_SHIFT;
-                let leaf = &self.triangles[first as usize..(first + count) as usize];
-                for (i, triangle) in leaf.iter().enumerate() {
-                    if let Some(at) = intersect(ray, triangle, t_max) {
-                        let hit = Hit {
-                            slot: first + i as u32,
-                            at,
-                        };
-                        if triangle.alpha_tested() && !accept(&hit) {
-                            continue;
-                        }
-                        nearest = Some(hit);
-                        if ANY {
-                            return nearest;
-                        }
-                        t_max = at.t;
-                        t_max_f32 = round_up(t_max);
+                    nearest = Some(hit);
+                    if ANY {
+                        return ControlFlow::Break(());
                     }
+                    t_max = at.t;
                 }
             }
-            loop {
-                let (node, t) = match stack.pop() {
-                    Some(next) => next,
-                    None => return nearest,
-                };
-                if t <= t_max_f32 * SLACK {
-                    current = node;
-                    break;
-                }
-            }
-        }
+            ControlFlow::Continue(t_max)
+        });
+        nearest
     }
 }
 

@@ -8,9 +8,16 @@ use scene::emitter::LightTree;
 use scene::emitter::tree::{LEAF, NO_TRAIL, TreeNode};
 use scene::render::Selection;
 
-/// How lights are chosen at one point.
+/// How the scene's own lights are chosen at one point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Choice<'a> {
+pub(crate) struct Choice<'a> {
+    by: By<'a>,
+    /// Probability with which they are chosen from at all.
+    share: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum By<'a> {
     /// By the alias table over all emitters.
     Power(&'a [(f32, u32)]),
     /// Among so many alike.
@@ -25,8 +32,34 @@ pub(crate) enum Choice<'a> {
 }
 
 impl<'a> Choice<'a> {
-    /// The choice at `point`.
-    pub fn at(scene: &'a Scene, selection: Selection, point: DVec3) -> Self {
+    /// The choice at the camera, where there is none.
+    pub const NONE: Self = Self {
+        by: By::Uniform(1),
+        share: 1.0,
+    };
+
+    /// The choice at `point`, where something that moves is chosen with probability `moving` instead.
+    pub fn at(scene: &'a Scene, selection: Selection, point: DVec3, moving: f32) -> Self {
+        Self {
+            by: By::at(scene, selection, point),
+            share: 1.0 - f64::from(moving),
+        }
+    }
+
+    /// Chooses one of the scene's own emitters by its number, once it is to be one of them; `None` if
+    /// none can light the point.
+    pub fn sample(&self, rng: &mut Rng) -> Option<usize> {
+        self.by.sample(rng)
+    }
+
+    /// Probability with which an emitter is chosen; `power` is its share of the power.
+    pub fn probability(&self, emitter: u32, power: f64) -> f64 {
+        self.share * self.by.probability(emitter, power)
+    }
+}
+
+impl<'a> By<'a> {
+    fn at(scene: &'a Scene, selection: Selection, point: DVec3) -> Self {
         let all = scene.emitters.alias.as_slice();
         let tree = || match &scene.emitters.tree {
             tree if tree.nodes.is_empty() => Self::Power(all),
@@ -43,8 +76,7 @@ impl<'a> Choice<'a> {
         }
     }
 
-    /// Chooses an emitter by its number; `None` if none can light the point.
-    pub fn sample(&self, rng: &mut Rng) -> Option<usize> {
+    fn sample(&self, rng: &mut Rng) -> Option<usize> {
         Some(match *self {
             Self::Power(all) => sample_alias(all, rng.next()),
             Self::Uniform(count) => ((rng.next() * count as f64) as usize).min(count - 1),
@@ -60,8 +92,7 @@ impl<'a> Choice<'a> {
         })
     }
 
-    /// Probability with which an emitter is chosen; `power` is its share of the power.
-    pub fn probability(&self, emitter: u32, power: f64) -> f64 {
+    fn probability(&self, emitter: u32, power: f64) -> f64 {
         match self {
             Self::Power(_) => power,
             Self::Uniform(count) => 1.0 / *count as f64,
@@ -169,7 +200,7 @@ fn importance(node: &TreeNode, from: DVec3) -> f64 {
 }
 
 /// Chooses an entry of an alias table by one number in `0..1`.
-fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
+pub(crate) fn sample_alias(table: &[(f32, u32)], u: f64) -> usize {
     sample_table(table.len(), |i| table[i], u)
 }
 

@@ -1,15 +1,16 @@
 //! Points of emitters: which one a point belongs to, how a point is chosen, and how densely.
 
 use crate::choice::Choice;
+use crate::part::Emitting;
 use crate::shading::{pdf_area_to_solid_angle, sample_triangle};
 use crate::world::{SurfacePoint, World};
 use glam::{DVec2, DVec3};
-use scene::emitter::{EmissionMap, Emitter, NO_EMITTER, Numbering, Rectangle, Shape};
+use scene::emitter::{EmissionMap, Emitter, Emitters, NO_EMITTER, Numbering, Rectangle, Shape};
 
 impl World {
     /// Number of the emitter that a point of a surface belongs to.
     fn emitter_at(&self, point: &SurfacePoint<'_>) -> Option<u32> {
-        let emitters = &self.scene.emitters;
+        let emitters = self.emitters_of(point.place.part)?;
         let source = emitters.sources.get(point.source as usize)?;
         let number = match source.numbering {
             Numbering::Parts { divisions, first } => {
@@ -67,17 +68,33 @@ impl World {
         number: u32,
         point: &SurfacePoint<'_>,
     ) -> f64 {
-        let emitter = &self.scene.emitters.list[number as usize];
-        let power = f64::from(emitter.weight) / f64::from(self.scene.emitters.total_weight);
-        choice.probability(number, power) * self.pdf_emitter_point(emitter, point)
+        let part = point.place.part;
+        let Some(emitters) = self.emitters_of(part) else {
+            return 0.0;
+        };
+        let emitter = &emitters.list[number as usize];
+        let power = f64::from(emitter.weight) / f64::from(emitters.total_weight);
+        let probability = match self.parts[part as usize].emitting {
+            Emitting::List(_) => {
+                f64::from(self.moving.share) * self.moving_probabilities[part as usize] * power
+            }
+            _ => choice.probability(number, power),
+        };
+        probability * self.pdf_emitter_point(emitters, emitter, point)
     }
 
-    /// Density per area with which [`Self::sample_emitter_point`] chooses a point of `emitter`.
-    fn pdf_emitter_point(&self, emitter: &Emitter, point: &SurfacePoint<'_>) -> f64 {
+    /// Density per area with which [`Self::sample_emitter_point`] chooses a point of one of the
+    /// `emitters`.
+    fn pdf_emitter_point(
+        &self,
+        emitters: &Emitters,
+        emitter: &Emitter,
+        point: &SurfacePoint<'_>,
+    ) -> f64 {
         match emitter.shape {
             Shape::Part { divisions, .. } => f64::from(divisions).powi(2) / point.area,
             Shape::Texels { map, rectangle, .. } => {
-                let map = &self.scene.emitters.maps[map as usize];
+                let map = &emitters.maps[map as usize];
                 let (_, [x, y]) = tile_and_texel(map, point.uv);
                 let part = f64::from(map.sum([x, y, x + 1, y + 1])) / f64::from(map.sum(rectangle));
                 part * point.uv_area / point.area
@@ -85,15 +102,18 @@ impl World {
         }
     }
 
-    /// A point of an emitter as seen from `viewer`; `None` where the texel chosen lies on none of
-    /// its triangles.
+    /// A point of an emitter on a part as seen from `viewer`; `None` where the texel chosen lies on
+    /// none of its triangles.
     pub fn sample_emitter_point(
         &self,
+        part: u32,
         emitter: &Emitter,
         u: [f64; 2],
         viewer: DVec3,
     ) -> Option<SurfacePoint<'_>> {
-        let (slot, weights) = match emitter.shape {
+        let emitters = self.emitters_of(part)?;
+        let first = emitter.first_source as usize;
+        let (place, weights) = match emitter.shape {
             Shape::Part {
                 divisions,
                 column,
@@ -108,26 +128,24 @@ impl World {
                 };
                 let n = f64::from(divisions);
                 let (b1, b2) = ((f64::from(column) + b1) / n, (f64::from(row) + b2) / n);
-                let slot = self.source_slots[emitter.first_source as usize];
-                (slot, [1.0 - b1 - b2, b1, b2])
+                (self.source_place(part, first), [1.0 - b1 - b2, b1, b2])
             }
             Shape::Texels {
                 map,
                 rectangle,
                 tile,
             } => {
-                let map = &self.scene.emitters.maps[map as usize];
+                let map = &emitters.maps[map as usize];
                 let tile = DVec2::new(f64::from(tile[0]), f64::from(tile[1]));
                 let uv = sample_texels(map, rectangle, u) + tile * map_size(map);
-                let first = emitter.first_source as usize;
-                let slots = &self.source_slots[first..first + emitter.sources as usize];
-                slots.iter().find_map(|&slot| {
-                    let weights = weights_at(self.uv_of(slot), uv);
-                    weights.iter().all(|&b| b >= 0.0).then_some((slot, weights))
+                (first..first + emitter.sources as usize).find_map(|source| {
+                    let place = self.source_place(part, source);
+                    let weights = weights_at(self.uv_of(place), uv);
+                    (weights.iter().all(|&b| b >= 0.0)).then_some((place, weights))
                 })?
             }
         };
-        let mut point = self.point_on(slot, weights, true);
+        let mut point = self.point_on(place, weights, true);
         point.front = point.normal.dot(viewer - point.position) > 0.0;
         Some(point)
     }
@@ -223,6 +241,17 @@ mod tests {
         }
     }
 
+    fn camera() -> scene::Camera {
+        scene::Camera {
+            name: String::new(),
+            position: Vec3::ZERO,
+            pitch_deg: 0.0,
+            yaw_deg: 0.0,
+            roll_deg: 0.0,
+            fov_deg: 90.0,
+        }
+    }
+
     /// A lamp with a texture, of three triangles of one face, and a panel of one triangle that
     /// shines evenly; askew, and the lamp's texels are no squares.
     fn world() -> World {
@@ -294,7 +323,7 @@ mod tests {
             &scene.textures,
         )
         .with_lights(&[], &[]);
-        World::new(Arc::new(scene.completed()), 0.0).expect("a world")
+        World::new(Arc::new(scene.completed()), &camera(), 0.0).expect("a world")
     }
 
     /// Column, row, and 1 for the upper half, of a point of a triangle that is divided.
@@ -320,7 +349,7 @@ mod tests {
     fn integrals(world: &World) -> HashMap<(u32, [i64; 3]), f64> {
         let mut integrals = HashMap::new();
         let n = f64::from(STEPS);
-        for &slot in &world.source_slots {
+        for &place in &world.source_places {
             for (row, column, upper) in (0..STEPS)
                 .flat_map(|row| (0..STEPS - row).map(move |column| (row, column)))
                 .flat_map(|(row, column)| [(row, column, false), (row, column, true)])
@@ -328,11 +357,13 @@ mod tests {
             {
                 let inside = if upper { 2.0 / 3.0 } else { 1.0 / 3.0 };
                 let [b1, b2] = [column, row].map(|i| (f64::from(i) + inside) / n);
-                let point = world.point_on(slot, [1.0 - b1 - b2, b1, b2], true);
+                let point = world.point_on(place, [1.0 - b1 - b2, b1, b2], true);
                 if let Some(number) = world.emitter_at(&point) {
                     let emitter = &world.scene.emitters.list[number as usize];
-                    *integrals.entry((number, cell(&point))).or_insert(0.0) +=
-                        world.pdf_emitter_point(emitter, &point) * point.area / (n * n);
+                    *integrals.entry((number, cell(&point))).or_insert(0.0) += world
+                        .pdf_emitter_point(&world.scene.emitters, emitter, &point)
+                        * point.area
+                        / (n * n);
                 }
             }
         }
@@ -444,7 +475,7 @@ mod tests {
             let mut rng = Rng::new(Sampler::Independent, 3, u64::from(number), 5);
             let (mut counts, mut missed) = (HashMap::<_, f64>::new(), 0.0);
             for _ in 0..samples {
-                match world.sample_emitter_point(emitter, rng.next2(), DVec3::Z * 1e4) {
+                match world.sample_emitter_point(0, emitter, rng.next2(), DVec3::Z * 1e4) {
                     Some(point) => {
                         assert_eq!(world.emitter_at(&point), Some(number), "{point:?}");
                         *counts.entry(cell(&point)).or_insert(0.0) += 1.0;

@@ -3,6 +3,7 @@
 use crate::bvh::Stack;
 use crate::choice::Choice;
 use crate::lights::{Vertex, sample_light};
+use crate::part::Sight;
 use crate::passage::{Depth, Event, MAX_PASSAGES, sample_event};
 use crate::rng::Rng;
 use crate::shading::mis_weight;
@@ -49,10 +50,7 @@ impl PathSample {
             self.add(k, radiance);
             return;
         }
-        self.add(
-            k,
-            radiance * f64::from(world.scene.styles[style].brightness),
-        );
+        self.add(k, radiance * f64::from(world.styles[style].brightness));
         self.styled.push((style, radiance));
     }
 
@@ -85,17 +83,18 @@ pub(crate) fn trace_path(
     // Density of the ray's direction at the vertex before.
     let mut pdf_direction = 0.0;
     // How lights were chosen at the vertex before; at the camera they were not.
-    let mut choice = Choice::Uniform(1);
+    let mut choice = Choice::NONE;
     // Whether light that the ray finds was not sampled at the vertex before.
     let mut is_found_alone = true;
     let mut depth_along = Depth::new(world.absorption_at(ray.origin));
     // Distance of the last interface that the ray passed straight through, and how many it passed.
     let (mut passed, mut passages) = (0.0, 0);
+    let mut sight = Sight::CAMERA;
     let mut k = 1_u32;
     loop {
         rng.begin_vertex(k);
         sample.rays += 1;
-        let Some(hit) = world.closest_hit(&ray, passed, stack) else {
+        let Some(hit) = world.closest_hit(&ray, passed, sight, stack) else {
             sample.escaped = Some(ray);
             return sample;
         };
@@ -157,7 +156,8 @@ pub(crate) fn trace_path(
 
         is_found_alone = event == Event::Reflect;
         if event == Event::Paint && estimator.samples_lights() {
-            choice = Choice::at(&world.scene, selection, point.spawn_origin());
+            let moving = world.moving.share;
+            choice = Choice::at(&world.scene, selection, point.spawn_origin(), moving);
             let vertex = Vertex {
                 point,
                 bsdf,
@@ -192,6 +192,7 @@ pub(crate) fn trace_path(
             throughput /= survival;
         }
         ray = Ray::new(point.spawn_origin(), direction);
+        sight = world.sight_from(&point);
         k += 1;
     }
 }

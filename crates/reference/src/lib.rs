@@ -42,12 +42,15 @@
 
 mod bsdf;
 mod bvh;
+mod check;
 mod choice;
 pub mod compiler;
 mod emitters;
 mod film;
 mod integrator;
 mod lights;
+mod moment;
+mod part;
 mod passage;
 pub mod rays;
 mod rng;
@@ -61,9 +64,9 @@ use film::{LayerSums, PixelSums};
 use integrator::{PathSample, trace_path};
 use rayon::prelude::*;
 use rng::Rng;
-use scene::Scene;
 use scene::camera::ViewBasis;
 use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Renderer, Settings};
+use scene::{Frame, Scene};
 use std::sync::Arc;
 use triangle::Ray;
 use world::World;
@@ -121,7 +124,7 @@ impl Reference {
             pixels: zeroed(count, count)?,
             layers: zeroed(if settings.aovs { count } else { 0 }, count)?,
             view: View {
-                world: World::new(scene, f64::from(settings.time))?,
+                world: World::new(scene, &settings.camera, settings.time)?,
                 basis: settings.camera.view_basis(width, height),
                 settings: settings.clone(),
             },
@@ -142,11 +145,32 @@ impl Renderer for Reference {
         self.add(|pixel| samples[pixel])
     }
 
+    fn show(&mut self, frame: &Frame) -> Result<(), Error> {
+        let View {
+            world,
+            settings,
+            basis,
+        } = &mut self.view;
+        world.show(frame)?;
+        *basis = frame.camera.view_basis(settings.width, settings.height);
+        settings.camera.clone_from(&frame.camera);
+        settings.time = frame.time;
+        Ok(())
+    }
+
+    fn restart(&mut self, seed: u64) -> Result<(), Error> {
+        self.pixels.fill(PixelSums::default());
+        self.layers.fill(LayerSums::default());
+        self.tally = Tally::default();
+        self.view.settings.seed = seed;
+        Ok(())
+    }
+
     fn film(&mut self) -> Result<Film, Error> {
         let size = [self.view.settings.width, self.view.settings.height];
         let Tally { counters, escapes } = self.tally.clone();
         let (pixels, layers) = (&self.pixels, &self.layers);
-        let styles = &self.view.world.scene.styles;
+        let styles = &self.view.world.styles;
         Ok(film::develop(
             size, pixels, styles, layers, counters, escapes,
         ))

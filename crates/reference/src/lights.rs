@@ -2,7 +2,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::bvh::Stack;
-use crate::choice::Choice;
+use crate::choice::{Choice, sample_alias};
 use crate::compiler::eval_compiler_light;
 use crate::rng::Rng;
 use crate::shading::{
@@ -13,6 +13,7 @@ use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::PointLight;
+use scene::emitter::MovingLight;
 use scene::light::CompilerLight;
 use scene::render::{Estimator, MOST_CANDIDATES, Settings};
 
@@ -76,8 +77,7 @@ pub(crate) fn sample_light(
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> LightSample {
-    let emitters = &world.scene.emitters;
-    if emitters.alias.is_empty() || emitters.total_weight <= 0.0 {
+    if world.scene.emitters.total_weight <= 0.0 && world.moving.share <= 0.0 {
         return LightSample::default();
     }
     let count = settings.candidates.clamp(1, MOST_CANDIDATES);
@@ -99,14 +99,15 @@ pub(crate) fn sample_light(
     };
     let radiance = reflected * (sum / (target * f64::from(count)));
     let origin = vertex.point.spawn_origin();
+    let sight = world.sight_from(&vertex.point);
     let (arriving, rays) = match end {
         End::At(end) => {
-            let arriving = world.transmittance(vertex.absorption, origin, end, stack);
+            let arriving = world.transmittance(vertex.absorption, origin, end, sight, stack);
             (arriving, 1)
         }
         End::Sky => {
             let ray = Ray::new(origin, direction);
-            world.transmittance_of_sky(vertex.absorption, &ray, stack)
+            world.transmittance_of_sky(vertex.absorption, &ray, sight, stack)
         }
     };
     LightSample {
@@ -135,16 +136,23 @@ fn sample_candidate(
     rng: &mut Rng,
 ) -> Option<(Candidate, usize)> {
     let emitters = &world.scene.emitters;
+    let moves = world.moving.share > 0.0 && rng.next() < f64::from(world.moving.share);
+    if moves {
+        let candidate = sample_moving(world, estimator, choice, vertex, rng);
+        return candidate.map(|candidate| (candidate, 0));
+    }
     let entry = choice.sample(rng)?;
     let u = rng.next2();
     let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
     let mut style = 0;
     let candidate = if entry < listed {
-        sample_emitter(world, estimator, choice, vertex, entry as u32, u)
+        sample_emitter(world, estimator, choice, vertex, (0, entry as u32), u)
     } else if entry < listed + lights {
-        let light = &world.scene.lights[entry - listed];
+        let light = &world.lights[entry - listed];
         style = world.scene.style_of(light);
-        let power = f64::from(light.weight()) / f64::from(emitters.total_weight);
+        // A style that is dark now does not change the choice.
+        let weight = world.scene.lights[entry - listed].weight();
+        let power = f64::from(weight) / f64::from(emitters.total_weight);
         let pdf_choice = choice.probability(entry as u32, power);
         match &light.compiler {
             None => sample_point_light(&vertex.point, light, pdf_choice, u),
@@ -156,18 +164,43 @@ fn sample_candidate(
     candidate.map(|candidate| (candidate, style))
 }
 
-/// Estimate of the light from a point of an emitter.
+/// One light sample of what moves.
+fn sample_moving(
+    world: &World,
+    estimator: Estimator,
+    choice: &Choice<'_>,
+    vertex: &Vertex<'_>,
+    rng: &mut Rng,
+) -> Option<Candidate> {
+    let moving = &world.moving;
+    let entry = sample_alias(&moving.alias, rng.next());
+    match moving.lights[entry] {
+        MovingLight::Point(number) => {
+            let pdf_choice = f64::from(moving.share) * f64::from(moving.probabilities[entry]);
+            let light = &world.frame_lights[number as usize];
+            sample_point_light(&vertex.point, light, pdf_choice, rng.next2())
+        }
+        MovingLight::Instance { number, list } => {
+            let list = &world.scene.moving.lists[list as usize];
+            let emitter = sample_alias(&list.alias, rng.next()) as u32;
+            let u = rng.next2();
+            sample_emitter(world, estimator, choice, vertex, (number, emitter), u)
+        }
+    }
+}
+
+/// Estimate of the light from a point of an emitter: part and number there.
 fn sample_emitter(
     world: &World,
     estimator: Estimator,
     choice: &Choice<'_>,
     vertex: &Vertex<'_>,
-    number: u32,
+    (part, number): (u32, u32),
     u: [f64; 2],
 ) -> Option<Candidate> {
     let point = &vertex.point;
-    let emitter = &world.scene.emitters.list[number as usize];
-    let light = world.sample_emitter_point(emitter, u, point.position)?;
+    let emitter = &world.emitters_of(part)?.list[number as usize];
+    let light = world.sample_emitter_point(part, emitter, u, point.position)?;
     let to_light = light.position - point.position;
     let distance2 = to_light.length_squared();
     let direction = to_light / distance2.sqrt();

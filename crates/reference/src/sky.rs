@@ -2,6 +2,7 @@
 
 use crate::bvh::Stack;
 use crate::choice::Choice;
+use crate::part::Sight;
 use crate::passage::{Depth, MAX_PASSAGES, eval_passage};
 use crate::shading::{pdf_sphere_cone, scroll_uv, sky_half, sun_is_seen, texel_index};
 use crate::triangle::Ray;
@@ -72,12 +73,13 @@ impl World {
         &self,
         absorption: DVec3,
         ray: &Ray,
+        sight: Sight,
         stack: &mut Stack,
     ) -> (DVec3, u32) {
         let (mut surfaces, mut depth) = (DVec3::ONE, Depth::new(absorption));
         let mut passed = 0.0;
         for rays in 1..=MAX_PASSAGES + 1 {
-            let Some(hit) = self.closest_hit(ray, passed, stack) else {
+            let Some(hit) = self.closest_hit(ray, passed, sight, stack) else {
                 return (DVec3::ZERO, rays);
             };
             let point = self.surface_point(&hit);

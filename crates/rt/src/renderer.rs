@@ -259,6 +259,15 @@ impl Renderer for PathTracer {
         Ok(())
     }
 
+    fn show(&mut self, _: &scene::Frame) -> Result<(), Error> {
+        Err(Error::Scene("frames are not shown by Vulkan yet"))
+    }
+
+    fn restart(&mut self, seed: u64) -> Result<(), Error> {
+        self.settings.seed = seed;
+        self.clear()
+    }
+
     fn film(&mut self) -> Result<Film, Error> {
         self.film.read_back()
     }

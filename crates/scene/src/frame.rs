@@ -2,7 +2,8 @@
 
 use crate::camera::Camera;
 use crate::light::PointLight;
-use crate::mesh::{Instance, Mesh};
+use crate::mesh::{Instance, Mesh, PoseBlend};
+use crate::{MovingEmitters, Scene};
 
 /// One moment of a scene: all that can differ from another moment of it.
 #[derive(Clone, Debug)]
@@ -23,4 +24,126 @@ pub struct Frame {
     /// Brightness of the light styles by number, which the scene's own lights have in this moment.
     /// Styles beyond its end have a brightness of 1.
     pub styles: Vec<f32>,
+}
+
+impl Frame {
+    /// Looks for what contradicts the scene, so that a renderer can believe the rest.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, scene: &Scene) -> Result<(), &'static str> {
+        let ensure = |ok: bool, what| if ok { Ok(()) } else { Err(what) };
+        ensure(scene.features.frames, "it was not made for frames")?;
+        ensure(
+            self.instances.first() == scene.instances.first(),
+            "the first instance of a frame is not the static world",
+        )?;
+        (self.instances.iter()).try_for_each(|instance| scene.check_instance(instance))?;
+        let vertices = self.loose.positions.len();
+        ensure(
+            self.loose.triangles.iter().all(|t| {
+                (t.material.0 as usize) < scene.materials.len()
+                    && t.vertices.iter().all(|&v| (v as usize) < vertices)
+            }) && self.loose.first_alpha_tested <= self.loose.triangles.len()
+                && self.loose.poses.is_empty(),
+            "a loose triangle's vertex or material does not exist",
+        )?;
+        ensure(
+            self.loose.positions.iter().all(|p| p.is_finite()),
+            "a loose vertex is not finite",
+        )?;
+        ensure(
+            self.lights.iter().all(|l| {
+                let finite = l.position.is_finite() && l.intensity.is_finite();
+                l.compiler.is_none() && l.radius > 0.0 && l.radius.is_finite() && finite
+            }),
+            "a light of a frame is no sphere",
+        )?;
+        ensure(
+            self.styles.iter().all(|s| s.is_finite() && *s >= 0.0),
+            "a light style's brightness is negative or not finite",
+        )
+    }
+}
+
+impl Scene {
+    /// Makes it a scene that frames are shown of, and completes it: lists what emits on meshes that
+    /// frames may move. Its own emitters must be listed on the static world alone
+    /// (`Scene::instances[..1]`).
+    #[must_use]
+    pub fn for_frames(mut self) -> Self {
+        self.moving = MovingEmitters::new(&self.meshes, &self.materials, &self.textures);
+        self.features.frames = true;
+        self.completed()
+    }
+
+    /// The moment that the scene holds, as a frame.
+    #[must_use]
+    pub fn as_frame(&self, camera: &Camera, time: f32) -> Frame {
+        Frame {
+            camera: camera.clone(),
+            time,
+            instances: self.instances.clone(),
+            loose: Mesh::default(),
+            lights: Vec::new(),
+            styles: self.brightness.clone(),
+        }
+    }
+
+    /// Looks for what an instance has that the scene lacks.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_instance(&self, instance: &Instance) -> Result<(), &'static str> {
+        let mesh = (self.meshes.get(instance.mesh)).ok_or("an instance's mesh does not exist")?;
+        let PoseBlend { from, to, fraction } = instance.pose;
+        let poses = mesh.poses.len().max(1) as u64;
+        if u64::from(from.max(to)) >= poses || !(0.0..=1.0).contains(&fraction) {
+            return Err("an instance's pose does not exist");
+        }
+        if !instance.transform.is_finite() {
+            return Err("an instance's transform is not finite");
+        }
+        let Some(id) = instance.material else {
+            return Ok(());
+        };
+        let material =
+            (self.materials.get(id.0 as usize)).ok_or("an instance's material does not exist")?;
+        if material.is_see_through() && mesh.first_alpha_tested > 0 {
+            return Err("light passes through an instance's material and not through its mesh");
+        }
+        Ok(())
+    }
+
+    /// Brightness of a light's style that its intensity lacks, with the styles as bright as `styles`
+    /// says by number: 1 where the scene's lights have it, and of those styles that the film tells
+    /// apart.
+    #[must_use]
+    pub fn brightness_of(&self, light: &PointLight, styles: &[f32]) -> f32 {
+        if self.brightness.is_empty() || self.style_of(light) > 0 {
+            return 1.0;
+        }
+        styles.get(usize::from(light.style)).copied().unwrap_or(1.0)
+    }
+
+    /// The scene's lights as bright as their styles are.
+    #[must_use]
+    pub fn lights_now(&self, styles: &[f32]) -> Vec<PointLight> {
+        let now = |light: &PointLight| PointLight {
+            intensity: light.intensity * self.brightness_of(light, styles),
+            ..*light
+        };
+        self.lights.iter().map(now).collect()
+    }
+
+    /// The light styles that the film tells apart, as bright as `styles` says by number.
+    #[must_use]
+    pub fn styles_now(&self, styles: &[f32]) -> Vec<crate::LightStyle> {
+        let mut now = self.styles.clone();
+        for style in now.iter_mut().skip(1) {
+            let number = usize::from(style.number);
+            style.brightness = styles.get(number).copied().unwrap_or(style.brightness);
+        }
+        now
+    }
 }

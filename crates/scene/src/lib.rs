@@ -29,7 +29,7 @@ pub mod sky;
 pub use baked::BakedLight;
 pub use camera::Camera;
 pub use cells::LightCells;
-pub use emitter::{Emitter, Emitters};
+pub use emitter::{Emitter, Emitters, MovingEmitters};
 pub use frame::Frame;
 pub use light::{LightStyle, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
@@ -59,6 +59,9 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Everything that can be chosen as a light, with its share of the power.
     pub emitters: Emitters,
+    /// What emits on the meshes that frames move, in scenes that frames are shown of
+    /// ([`Scene::for_frames`]).
+    pub moving: MovingEmitters,
     /// Which lights matter where; may be empty.
     pub cells: LightCells,
     /// Light entities.
@@ -71,6 +74,9 @@ pub struct Scene {
     /// a brightness of 1: everything but the lights of the styles that follow. The intensities of
     /// those lack the brightness of their style.
     pub styles: Vec<LightStyle>,
+    /// Brightness of the light styles by number at the scene's moment, which the intensities of the
+    /// lights then lack. Empty if they have it.
+    pub brightness: Vec<f32>,
     /// What sky faces show.
     pub sky: Sky,
     /// Places to look from; never empty after an import.
@@ -122,6 +128,8 @@ pub struct Features {
     pub skins: bool,
     /// Instances are met by some rays alone.
     pub masks: bool,
+    /// Frames are shown of the scene: instances and lights come, go and move.
+    pub frames: bool,
 }
 
 impl Features {
@@ -203,6 +211,11 @@ impl Features {
                 "masks",
                 "models that the camera alone sees, or all but the camera",
             ),
+            (
+                self.frames,
+                "frames",
+                "moments are shown: lights that move are chosen beside those of the level",
+            ),
         ]
         .into_iter()
         .filter_map(|(on, name, why)| on.then_some((name, why)))
@@ -258,12 +271,14 @@ pub struct LampPair {
 }
 
 impl Scene {
-    /// Fills in what follows from the rest: the bounds and the features.
+    /// Fills in what follows from the rest: the bounds and the features. A scene that frames are shown
+    /// of has the features of all that they may show.
     #[must_use]
     pub fn completed(mut self) -> Self {
         self.bounds_min = Vec3::INFINITY;
         self.bounds_max = Vec3::NEG_INFINITY;
-        let mut is_used = vec![false; self.materials.len()];
+        let frames = self.features.frames;
+        let mut is_used = vec![frames; self.materials.len()];
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh];
             let positions = mesh.posed(instance.pose);
@@ -301,13 +316,16 @@ impl Scene {
             instances: self
                 .instances
                 .iter()
-                .any(|i| i.transform != Affine3A::IDENTITY),
+                .any(|i| i.transform != Affine3A::IDENTITY)
+                || frames,
             poses: self
                 .instances
                 .iter()
-                .any(|i| !self.meshes[i.mesh].poses.is_empty()),
-            skins: self.instances.iter().any(|i| i.material.is_some()),
-            masks: self.instances.iter().any(|i| i.seen_by != SeenBy::ALL),
+                .any(|i| !self.meshes[i.mesh].poses.is_empty())
+                || frames && self.meshes.iter().any(|m| !m.poses.is_empty()),
+            skins: self.instances.iter().any(|i| i.material.is_some()) || frames,
+            masks: self.instances.iter().any(|i| i.seen_by != SeenBy::ALL) || frames,
+            frames,
         };
         self
     }

@@ -1,6 +1,7 @@
 //! What a renderer is asked, and what it answers.
 
 use crate::camera::Camera;
+use crate::frame::Frame;
 use crate::light::LightStyle;
 
 /// How light is found. All converge to the same picture, except that `naive` and `uniform` can't
@@ -358,6 +359,20 @@ pub trait Renderer {
     /// # Panics
     /// When there are not as many numbers as pixels.
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<(), Self::Error>;
+
+    /// Shows another moment: samples taken from now on see it, with its camera and its time. Those
+    /// taken before stay in the picture, so that moments within a shutter's interval add up to motion
+    /// blur; for a new picture, [`Renderer::restart`]. Of a scene made by [`crate::Scene::for_frames`].
+    ///
+    /// # Errors
+    /// When the frame contradicts the scene, or the device fails.
+    fn show(&mut self, frame: &Frame) -> Result<(), Self::Error>;
+
+    /// Begins a new picture of the moment shown last: an empty film, and the seed of its samples.
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn restart(&mut self, seed: u64) -> Result<(), Self::Error>;
 
     /// The picture so far.
     ///

@@ -49,6 +49,9 @@ pub enum Error {
         /// How much the device allows.
         allowed: u64,
     },
+    /// A scene or a frame that contradicts itself, or can't be shown; says how.
+    #[error("the scene is invalid: {0}")]
+    Scene(&'static str),
     /// A call failed.
     #[error("{call} failed: {result}")]
     Call {

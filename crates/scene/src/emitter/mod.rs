@@ -3,10 +3,12 @@
 mod alias;
 mod list;
 mod map;
+mod moving;
 pub mod tree;
 
 pub(crate) use alias::alias_table;
 pub use map::{EmissionMap, Rectangle};
+pub use moving::{MovingEmitters, MovingLight, MovingLights};
 pub use tree::LightTree;
 
 use crate::light::PointLight;

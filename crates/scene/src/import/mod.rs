@@ -136,6 +136,9 @@ pub struct ImportOptions {
     /// Whether the light of each light style is told apart ([`Scene::styles`]): lights that are dark
     /// at this moment are there, too.
     pub styles_apart: bool,
+    /// Whether frames are shown of the scene ([`Scene::for_frames`]): what emits is listed on the world
+    /// and on each model by itself, and lights lack the brightness of their styles.
+    pub frames: bool,
     /// Whether the gates of finished episodes are shown (`func_episodegate`).
     pub show_episode_gates: bool,
     /// Whether the gate to the last boss is shown (`func_bossgate`).
@@ -160,6 +163,7 @@ impl Default for ImportOptions {
             lights: LightMode::Auto,
             light_lists: true,
             styles_apart: false,
+            frames: false,
             show_episode_gates: false,
             show_boss_gate: true,
             skill: 1,

@@ -13,7 +13,7 @@ use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
 use super::{cameras, cells, emitters, items, lights, poses, seal, sky, suns, trees};
-use crate::emitter::{Emitter, Emitters};
+use crate::emitter::{Emitter, Emitters, MovingEmitters};
 use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
 use crate::mesh::{Instance, Mesh};
@@ -374,7 +374,9 @@ impl<'a> World<'a> {
             });
         self.tell_of_lamps_twice(&twice, &emitters);
         let mut lights: Vec<PointLight> = lights.into_iter().map(|l| l.light).collect();
-        let styles = Moment::of(self.level, self.options).told_apart(&mut lights, &mut self.notes);
+        let moment = Moment::of(self.level, self.options);
+        let styles = moment.told_apart(&mut lights, &mut self.notes);
+        let brightness = moment.table(&lights);
         if self.options.lighting == Lighting::Physical {
             lights::shrink(
                 lights.iter_mut(),
@@ -407,6 +409,16 @@ impl<'a> World<'a> {
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
+        // Which lights stand for lamps that are drawn, too, was decided by all that emits.
+        let emitters = match self.options.frames && !emitters.list.is_empty() {
+            true => Emitters::new(
+                &self.meshes,
+                &self.instances[..1],
+                &self.set.materials,
+                &self.set.textures,
+            ),
+            false => emitters,
+        };
         let emitters = emitters.with_lights(&lights, suns);
         let cells = if self.shallow && self.options.light_lists {
             cells::light_cells(bsp, &emitters, &lights, suns, &sky)
@@ -420,7 +432,7 @@ impl<'a> World<'a> {
             let nodes = cells::nodes(bsp).unwrap_or_default();
             translucent::media(bsp, nodes, |kind| fills.get(&kind).copied())
         };
-        Ok(Scene {
+        let scene = Scene {
             name: self.level.name.clone(),
             title: world
                 .and_then(|w| w.get("message"))
@@ -438,10 +450,18 @@ impl<'a> World<'a> {
             textures: self.set.textures,
             sky: self.set.sky,
             cameras: cameras::cameras(bsp, entities),
+            brightness,
             report: self.report,
             ..Scene::default()
-        }
-        .completed())
+        };
+        Ok(match (self.options.frames, self.options.lighting) {
+            (false, _) => scene.completed(),
+            (true, Lighting::Physical) => scene.for_frames(),
+            (true, _) => Scene {
+                moving: MovingEmitters::default(),
+                ..scene.for_frames()
+            },
+        })
     }
 
     /// Reports the lamps that are there as a surface and as a light entity.

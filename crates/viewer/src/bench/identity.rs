@@ -88,6 +88,9 @@ pub fn level_hash(scene: &Scene) -> String {
         styles,
         sky,
         cameras: _,
+        // Of scenes that frames are shown of, which have no number.
+        moving: _,
+        brightness: _,
         bounds_min: _,
         bounds_max: _,
         features: _,

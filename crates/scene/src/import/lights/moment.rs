@@ -11,6 +11,7 @@ pub struct Moment<'a> {
     styles: &'a LightStyles,
     time: f64,
     apart: bool,
+    frames: bool,
 }
 
 impl<'a> Moment<'a> {
@@ -20,12 +21,14 @@ impl<'a> Moment<'a> {
             styles: &level.styles,
             time: f64::from(options.time),
             apart: options.styles_apart,
+            frames: options.frames,
         }
     }
 
-    /// Whether lights of a style shine in a layer of their own.
+    /// Whether lights of a style lack its brightness: they shine in a layer of their own, or frames
+    /// say how bright they are.
     pub fn is_apart(&self, style: u16) -> bool {
-        self.apart && style != 0
+        self.apart && style != 0 || self.frames
     }
 
     /// What lights of a style are multiplied with.
@@ -35,6 +38,19 @@ impl<'a> Moment<'a> {
         } else {
             self.now(style)
         }
+    }
+
+    /// Brightness of the styles by number, if frames say how bright they are: of all that the engine
+    /// has and `lights` use.
+    pub fn table(&self, lights: &[PointLight]) -> Vec<f32> {
+        /// Styles of the engine.
+        const STYLES: u16 = 64;
+        if !self.frames {
+            return Vec::new();
+        }
+        let used = lights.iter().map(|l| l.style.saturating_add(1)).max();
+        let count = used.unwrap_or(0).max(STYLES);
+        (0..count).map(|style| self.now(style)).collect()
     }
 
     fn now(&self, style: u16) -> f32 {

@@ -1,0 +1,129 @@
+// Moments of a scene in which things move. Included once for each renderer, with its `device`.
+
+use glam::Vec3;
+use runelight_tests::builder::{Builder, camera, settings};
+use runelight_tests::devices::{render, render_moments};
+use runelight_tests::moving::{moment, moving_room, still};
+use runelight_tests::scenes::room_view;
+use runelight_tests::stats::ZTest;
+use scene::render::{Estimator, Film, Settings};
+use scene::{Frame, PointLight};
+use std::sync::Arc;
+
+fn view(estimator: Estimator, seed: u64) -> Settings {
+    Settings {
+        seed,
+        ..settings(room_view(), 32, estimator, 4)
+    }
+}
+
+/// A picture of one moment, after others were shown.
+fn after(others: &[f32], time: f32, lights: bool, view: &Settings, samples: u32) -> Film {
+    let scene = moving_room();
+    let mut moments: Vec<(Frame, u32)> =
+        (others.iter()).map(|&t| (moment(&scene, t, true), 0)).collect();
+    moments.push((moment(&scene, time, lights), samples));
+    render_moments(device(), &scene, view, &moments)
+}
+
+#[test]
+fn a_moment_shown_looks_like_the_scene_made_in_it() {
+    let scene = moving_room();
+    for (time, others) in [(0.1, &[0.9, 0.3][..]), (0.9, &[])] {
+        let (shown, made) = (view(Estimator::Mis, 1), view(Estimator::Mis, 2));
+        let film = after(others, time, true, &shown, 96);
+        let frame = moment(&scene, time, true);
+        let made = Settings { time, ..made };
+        let truth = render(device(), &still(&scene, &frame), &made, 96);
+        ZTest::new(&film, &truth).assert(&format!("{time} s"));
+    }
+}
+
+#[test]
+fn all_estimators_find_what_moves_and_shines() {
+    let judge = after(&[], 0.9, false, &view(Estimator::Mis, 1), 512);
+    for estimator in [Estimator::Naive, Estimator::Nee] {
+        let film = after(&[], 0.9, false, &view(estimator, 2), 512);
+        ZTest::new(&film, &judge).assert(estimator.name());
+    }
+}
+
+#[test]
+fn what_was_shown_before_leaves_no_trace() {
+    let fresh = after(&[], 0.7, true, &view(Estimator::Mis, 5), 8);
+    let later = after(&[0.1, 0.9, 0.2], 0.7, true, &view(Estimator::Mis, 5), 8);
+    assert_eq!(fresh.beauty, later.beauty);
+    assert_eq!(fresh.counters, later.counters);
+}
+
+#[test]
+fn moments_in_a_shutter_add_up_to_their_mean() {
+    let scene = moving_room();
+    let moments: u16 = 64;
+    let at = |i: u16| moment(&scene, 0.2 + 0.3 * f32::from(i) / f32::from(moments), true);
+    // All in one film, in an order that is not that of time.
+    let within: Vec<(Frame, u32)> = (0..2 * moments).map(|i| (at(i * 37 % moments), 1)).collect();
+    let blurred = render_moments(device(), &scene, &view(Estimator::Mis, 1), &within);
+    // Each a picture of its own.
+    let mut mean = Film::default();
+    for i in 0..moments {
+        let film = render_moments(
+            device(),
+            &scene,
+            &view(Estimator::Mis, 100 + u64::from(i)),
+            &[(at(i), 2)],
+        );
+        if i == 0 {
+            mean = Film {
+                beauty: vec![[0.0; 3]; film.beauty.len()],
+                variance: vec![[0.0; 3]; film.beauty.len()],
+                ..Film::default()
+            };
+        }
+        let n = f32::from(moments);
+        for p in 0..film.beauty.len() {
+            for c in 0..3 {
+                mean.beauty[p][c] += film.beauty[p][c] / n;
+                mean.variance[p][c] += film.variance[p][c] / (n * n);
+            }
+        }
+    }
+    ZTest::new(&blurred, &mean).assert("motion blur");
+}
+
+/// A sphere of radius `r` at the distance `d` straight above a white floor gives it the irradiance
+/// `intensity / d^2`, however large it is (its configuration factor is `(r / d)^2`).
+#[test]
+fn a_light_of_a_frame_has_the_irradiance_of_a_sphere() {
+    let mut b = Builder::new();
+    let floor = b.plain(255, 0.0);
+    b.cuboid(Vec3::splat(-100.0), Vec3::splat(100.0), true, [floor; 6]);
+    let scene = Arc::new(Arc::unwrap_or_clone(b.build()).for_frames());
+    let (down, distance) = (camera(Vec3::new(0.0, 0.0, -50.0), 90.0, 0.0, 1.0), 30.0);
+    let mut frame = scene.as_frame(&down, 0.0);
+    for (radius, share) in [(0.5, 1.0), (8.0, 0.25)] {
+        // Two lights in one place are one.
+        let light = |part: f32| PointLight {
+            position: Vec3::new(0.0, 0.0, -100.0 + distance),
+            radius,
+            intensity: Vec3::new(900.0, 450.0, 90.0) * part,
+            ..PointLight::default()
+        };
+        frame.lights = vec![light(share), light(1.0 - share)];
+        for estimator in [Estimator::Nee, Estimator::Mis] {
+            let view = settings(down.clone(), 4, estimator, 2);
+            let film = render_moments(device(), &scene, &view, &[(frame.clone(), 256)]);
+            let albedo = f64::from(scene::material::MAX_ALBEDO as f32);
+            for (c, intensity) in [900.0, 450.0, 90.0].into_iter().enumerate() {
+                let expected =
+                    albedo / std::f64::consts::PI * intensity / f64::from(distance).powi(2);
+                let found = film.mean_radiance()[c];
+                assert!(
+                    (found / expected - 1.0).abs() < 5e-3,
+                    "{found}, not {expected}: radius {radius}, {}",
+                    estimator.name()
+                );
+            }
+        }
+    }
+}
