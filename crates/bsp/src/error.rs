@@ -135,6 +135,9 @@ pub struct Limits {
     /// Largest absolute vertex coordinate, in Quake units (default 100,000); a face that has a
     /// vertex beyond it is left out.
     pub max_coordinate: f32,
+    /// Longest message of a demo's block, in bytes (default 256 KiB; no engine writes a quarter of
+    /// that).
+    pub max_demo_block_bytes: usize,
 }
 
 impl Default for Limits {
@@ -148,6 +151,7 @@ impl Default for Limits {
             max_entity_bytes: 64 << 20,
             max_luxels_per_axis: 8192,
             max_coordinate: 1.0e5,
+            max_demo_block_bytes: 1 << 18,
         }
     }
 }
@@ -220,6 +224,12 @@ pub enum WarningKind {
     Picture,
     /// A part of a model or sprite was repaired or left out.
     Model,
+    /// A demo ends in the middle of a block.
+    DemoTruncated,
+    /// A block of a demo cannot be read to its end.
+    DemoBlock,
+    /// A number in a demo is out of range and was replaced.
+    DemoValue,
 }
 
 /// One oddity: what kind, one sentence about its first occurrence, how often it occurred.

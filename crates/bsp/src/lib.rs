@@ -1,6 +1,6 @@
 //! Readers for the files of Quake and its relatives: PAK and WAD archives, palettes and pictures,
 //! BSP 29, 2PSB and BSP2 levels with their `BSPX`, `.lit`, `.vis` and `.ent` companions, entity
-//! text, alias models and sprites, and the search path that finds them.
+//! text, alias models and sprites, demos, and the search path that finds them.
 //!
 //! Every reader takes bytes and [`Limits`] and doubts all it reads: arithmetic is checked, an
 //! index is compared with its table before it is kept, and no allocation is made that the bytes at
@@ -18,6 +18,7 @@
 
 pub mod bsp;
 mod cycle;
+pub mod dem;
 pub mod entity;
 mod error;
 pub mod level;

@@ -1,6 +1,7 @@
 //! What kind of file some bytes are, by their content: names lie.
 
 use crate::bsp::Format;
+use crate::dem;
 use crate::reader::Reader;
 
 /// Kinds of files of Quake and its relatives.
@@ -43,6 +44,8 @@ pub enum FileKind {
     Lit,
     /// A demo.
     Demo,
+    /// A recording of QuakeWorld (`.qwd`, `.mvd`).
+    DemoQuakeWorld,
     /// Entity text: `.ent`, or a `.map`.
     EntityText,
     /// A palette: 768 bytes.
@@ -83,6 +86,7 @@ impl FileKind {
             Self::Md5 => "an MD5 mesh or animation",
             Self::Lit => "coloured lightmaps (LIT)",
             Self::Demo => "a demo (DEM)",
+            Self::DemoQuakeWorld => "a recording of QuakeWorld (QWD or MVD)",
             Self::EntityText => "entity text",
             Self::Palette => "a palette",
             Self::Picture => "a picture lump (LMP)",
@@ -128,6 +132,7 @@ pub fn sniff(data: &[u8]) -> FileKind {
         _ if is_picture(data) => FileKind::Picture,
         _ if data.len() == 768 => FileKind::Palette,
         _ if is_entity_text(data) => FileKind::EntityText,
+        _ if dem::is_quakeworld(data) => FileKind::DemoQuakeWorld,
         _ => FileKind::Unknown,
     }
 }
@@ -135,18 +140,14 @@ pub fn sniff(data: &[u8]) -> FileKind {
 /// A demo begins with the number of a CD track as a line of text, then blocks: a length, three
 /// view angles, a message.
 fn is_demo(data: &[u8]) -> bool {
-    let Some(end) = data.iter().take(16).position(|&b| b == b'\n') else {
+    let Some((_, start)) = dem::track_line(data) else {
         return false;
     };
-    let line = data.get(..end).unwrap_or_default();
-    let digits = line.strip_prefix(b"-").unwrap_or(line);
-    let is_number = !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
-    let block = Reader::at(data, end + 1).and_then(|mut r| Some((r.i32()?, r.vec3()?)));
+    let block = Reader::at(data, start).and_then(|mut r| Some((r.i32()?, r.vec3()?)));
     // No engine writes messages of 256 KiB or more.
-    is_number
-        && block.is_some_and(|(length, angles)| {
-            (0..1 << 18).contains(&length) && angles.iter().all(|a| a.is_finite())
-        })
+    block.is_some_and(|(length, angles)| {
+        (0..1 << 18).contains(&length) && angles.iter().all(|a| a.is_finite())
+    })
 }
 
 /// A picture's size accounts for its bytes; a few bytes more happen.

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use bsp::bsp::LightSamples;
+use bsp::dem::{Demo, Summary};
 use bsp::lmp::{Colormap, Palette, Picture};
 use bsp::mdl::Mdl;
 use bsp::miptex::Animation;
@@ -110,6 +111,9 @@ fn read(bytes: &[u8], is_level: bool) {
         }
     }
     std::hint::black_box(Spr::parse(bytes, &limits, w).is_ok());
+    if let Ok(demo) = Demo::parse(bytes, &limits, w) {
+        std::hint::black_box(Summary::of(&demo, w));
+    }
     let _ = LightSamples::from_lit(bytes, bytes.len().saturating_sub(8) / 3);
     if bytes.len() < 1 << 16 {
         let _ = entity::parse(bytes, &limits, w);

@@ -18,9 +18,11 @@
 //!
 //! There is no lightmap: the lighting lump is empty, and engines show the level fully lit.
 //!
-//! Beside levels it writes alias models ([`Model`]) and sprites ([`Sprite`]).
+//! Beside levels it writes alias models ([`Model`]) and sprites ([`Sprite`]), and demos that play in such
+//! levels ([`demo`]).
 
 mod compile;
+pub mod demo;
 mod face;
 mod map;
 mod math;

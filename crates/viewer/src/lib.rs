@@ -4,6 +4,7 @@ pub mod adaptive;
 pub mod bench;
 pub mod cli;
 pub mod cmd;
+pub mod demo;
 pub mod device;
 pub mod escapes;
 pub mod export;

@@ -2,6 +2,7 @@
 
 mod archives;
 mod data;
+mod demos;
 mod entities;
 mod fixture;
 mod gotchas;

@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod compare_light;
+mod demo;
 mod export;
 mod render;
 mod shared;
@@ -10,6 +11,7 @@ mod shared;
 pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
 pub use compare_light::CompareLight;
+pub use demo::Demo;
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, Render};
 pub use shared::{
@@ -114,6 +116,8 @@ pub struct Global {
 pub enum Command {
     /// Path-trace one picture of a level
     Render(Box<Render>),
+    /// Say what a demo holds: protocol, levels, duration, messages, entities
+    Demo(Demo),
     /// Say what files hold: BSP, PAK, WAD, MDL, SPR, DEM, palettes
     Info(Info),
     /// Measure how far an image is from a reference
@@ -246,7 +250,7 @@ mod tests {
                 ErrorKind::UnknownArgument
             );
         }
-        for command in ["demo", "view"] {
+        for command in ["view"] {
             assert_eq!(fails(&[command]).kind(), ErrorKind::InvalidSubcommand);
         }
     }

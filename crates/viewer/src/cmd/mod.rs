@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod compare;
 pub mod compare_light;
+pub mod demo;
 pub mod devices;
 pub mod export;
 pub mod info;
@@ -59,6 +60,7 @@ pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
         Some(Command::CompareLight(args)) => compare_light::run(args, &context),
         Some(Command::Bench(args)) => bench::run(args, &context),
         Some(Command::Render(args)) => render::run(args, &context),
+        Some(Command::Demo(args)) => demo::run(args, &context),
         Some(Command::Info(args)) => info::run(args, &context),
         Some(Command::Export(args)) => export::run(args, &context),
         Some(Command::Devices) => devices::run(&context),

@@ -4,9 +4,9 @@ mod level;
 mod model;
 
 use super::Context;
-use crate::Outcome;
 use crate::cli::Info;
 use crate::level::{Source, search_path};
+use crate::{Outcome, demo};
 use anyhow::{Context as _, Result, bail};
 use bsp::lmp::{FIRST_FULLBRIGHT, Palette, Picture};
 use bsp::pak::PakFile;
@@ -88,7 +88,9 @@ fn describe(file: &str, args: &Info, context: &Context) -> Result<Map<String, Va
         FileKind::Spr => {
             model::describe_spr(&bytes, &limits, &mut warnings).map_err(|e| e.in_file(file))?
         }
-        FileKind::Demo => json!({ "cd_track": cd_track(&bytes) }),
+        FileKind::Demo => {
+            Value::Object(demo::describe(&bytes, false, &mut warnings).context(file.to_owned())?)
+        }
         FileKind::Palette => {
             describe_palette(&Palette::parse(&bytes).map_err(|e| e.in_file(file))?)
         }
@@ -195,17 +197,8 @@ fn describe_palette(palette: &Palette) -> Value {
     json!({ "colours": palette.0.len(), "black": black, "fullbright": fullbright })
 }
 
-/// The number in a demo's first line.
-fn cd_track(bytes: &[u8]) -> i64 {
-    let line = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
-    std::str::from_utf8(line)
-        .ok()
-        .and_then(|l| l.trim().parse().ok())
-        .unwrap_or(-1)
-}
-
 /// The same for people: one line a key, lists below their key.
-fn text(map: &Map<String, Value>) -> String {
+pub(super) fn text(map: &Map<String, Value>) -> String {
     let mut lines = Vec::new();
     for (key, value) in map {
         match value {

@@ -1,0 +1,30 @@
+//! `runelight demo`.
+
+use super::{Context, info};
+use crate::cli::Demo;
+use crate::{Outcome, demo};
+use anyhow::{Context as _, Result};
+use bsp::Warnings;
+use serde_json::{Map, Value};
+
+/// Runs the command: lists what the demo holds.
+///
+/// # Errors
+/// When the demo is not found or is none that can be read.
+pub fn run(args: &Demo, context: &Context) -> Result<Outcome> {
+    let bytes = demo::read(&args.demo, &context.global)?;
+    let mut warnings = Warnings::new();
+    let told =
+        demo::describe(&bytes, context.json, &mut warnings).with_context(|| args.demo.clone())?;
+    let mut map = Map::new();
+    map.insert("demo".into(), args.demo.clone().into());
+    map.extend(told);
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    map.insert("warnings".into(), warnings.into());
+    context.print(&if context.json {
+        Value::Object(map).to_string()
+    } else {
+        info::text(&map)
+    })?;
+    Ok(Outcome::Done)
+}
