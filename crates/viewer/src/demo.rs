@@ -109,7 +109,7 @@ fn level(level: &LevelSummary, entities: bool) -> Value {
         "protocol": level.protocol,
         "flags": level.flags,
         "seconds": rounded(level.seconds),
-        "clock": [first, last],
+        "clock": [rounded(first.into()), rounded(last.into())],
         "blocks": level.blocks,
         "models": level.models,
         "sounds": level.sounds,

@@ -367,7 +367,11 @@ fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
         (&114.into(), &613.into())
     );
     assert_eq!(info("loose/spr/s_explod.spr")["frames"], 6);
-    assert_eq!(info("loose/dem/qs666_e1m1.dem")["kind"], "DEM");
+    let demo = info("loose/dem/qs666_e1m1.dem");
+    assert_eq!(
+        (&demo["kind"], &demo["protocol"]),
+        (&"DEM".into(), &"666".into())
+    );
     let (code, out, err) = run(dir.path(), &["info", &file("loose/bsp/dev_hl.bsp")]);
     assert_eq!((code, out.as_str()), (1, ""));
     assert!(
@@ -391,6 +395,37 @@ fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
         out.starts_with("{\"file\":\"start\",\"kind\":\"BSP\",\"format\":\"BSP29\""),
         "{out}"
     );
+}
+
+#[test]
+fn demo_lists_what_a_demo_holds() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("none.dem"), "no demo").unwrap();
+    let (code, out, err) = run(dir.path(), &["demo", "none.dem"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(
+        err.contains("none.dem") && err.contains("CD track"),
+        "{err}"
+    );
+    let (code, _, err) = run(dir.path(), &["demo", "demo1"]);
+    assert!(code == 1 && err.contains("--basedir"), "{err}");
+
+    let Some(data) = test_data() else {
+        return;
+    };
+    let base = data.display().to_string();
+    let (code, out, err) = run(dir.path(), &["demo", "demo1", "--basedir", &base, "--json"]);
+    assert_eq!(code, 0, "{err}");
+    let demo: Value = serde_json::from_str(&out).unwrap();
+    let level = &demo["levels"][0];
+    assert_eq!(level["map"], "maps/lq_e0m1.bsp");
+    let seconds = demo["seconds"].as_f64().unwrap() as usize;
+    let counts = level["entities_per_second"].as_array().unwrap();
+    assert_eq!(counts.len(), seconds + 1);
+    assert!(demo["message_kinds"]["entity"].as_u64() > Some(10_000));
+    let mvd = data.join("loose/qw/qw_dm3.mvd").display().to_string();
+    let (code, _, err) = run(dir.path(), &["demo", &mvd]);
+    assert!(code == 1 && err.contains("QuakeWorld"), "{err}");
 }
 
 /// The counts of `info --json` against the `qbsp` crate, a reader written by others, on every level
