@@ -344,12 +344,14 @@ impl<'a> Player<'a> {
             }
             60 => {
                 r.skip(4)?;
-                (r.coords()?, r.coords()?);
+                r.coords()?;
+                r.coords()?;
                 Message::Ignored
             }
             61 => {
                 r.skip(2)?;
-                (r.coords()?, r.coords()?);
+                r.coords()?;
+                r.coords()?;
                 r.skip(2)?;
                 Message::Ignored
             }
