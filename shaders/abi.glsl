@@ -447,6 +447,10 @@ struct SceneData {
     vec3 sky_upper;
     // Factor in those that look down.
     vec3 sky_lower;
+    // Radiance of fog before its upper half.
+    vec3 veil_upper;
+    // Radiance of fog before its lower half.
+    vec3 veil_lower;
     // Radiance of a flat sky.
     vec3 sky_radiance;
     // Texture of the back layer, or the first of a skybox's six.
@@ -455,6 +459,10 @@ struct SceneData {
     uint sky_front;
     // Probability with which the table over all emitters chooses, whatever a cell lists.
     float cell_fallback;
+    // Share of the light that fog scatters, of what it takes.
+    vec3 fog_albedo;
+    // Share of light that fog takes, per world unit.
+    float fog_extinction;
 };
 
 // Numbers counted by the shaders, as low and high words.

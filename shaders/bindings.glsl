@@ -27,3 +27,4 @@ layout(constant_id = 15) const bool HAS_BAKED_LIGHT = false;
 layout(constant_id = 16) const uint CANDIDATES = 1u;
 layout(constant_id = 17) const bool SOBOL = false;
 layout(constant_id = 18) const bool STYLE_LAYERS = false;
+layout(constant_id = 19) const bool HAS_FOG = false;

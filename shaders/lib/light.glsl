@@ -55,6 +55,16 @@ float choice_probability(uint cell_index, vec3 from, uint emitter, float power) 
     return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
 }
 
+// Share of the power that the light with this number has among all.
+float power_of(uint chosen) {
+    const uint emitters = params.scene.at[0].emitter_count;
+    if (chosen < emitters) return params.scene.at[0].emitters.at[chosen].probability;
+    if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
+        return params.scene.at[0].suns.at[chosen - params.scene.at[0].first_sun].probability;
+    }
+    return params.scene.at[0].lights.at[chosen - emitters].probability;
+}
+
 // Solid-angle density with which sample_light, at a point in a cell, chooses a point of a surface seen
 // from a distance.
 float pdf_light(uint cell, vec3 from, Surface s, float squared_distance, float cos_light) {
@@ -195,30 +205,40 @@ uint choose_listed(Cell cell, vec2 u) {
     return params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
 }
 
-// One light as seen from a point in a cell: xy chooses it, zw the point on it.
-LightSample sample_light(uint cell, vec3 from, vec4 u) {
+// One light as seen from a point in a cell, by its number among all; NO_EMITTER if none can light the
+// point. `probability` is that of the choice where it tells it, by the tree; else below 0.
+uint choose_entry(uint cell, vec3 from, vec2 u, out float probability) {
     uint chosen;
-    float probability = -1.0;
+    probability = -1.0;
     bool by_tree = SELECTION == SELECTION_TREE;
     if (SELECTION == SELECTION_LEAF) {
         const Cell here = params.scene.at[0].cells.at[cell];
         by_tree = here.count == 0u;
-        if (!by_tree) chosen = choose_listed(here, u.xy);
+        if (!by_tree) chosen = choose_listed(here, u);
     } else if (!by_tree) {
-        chosen = choose_emitter(u.xy);
+        chosen = choose_emitter(u);
     }
-    if (by_tree) {
-        chosen = sample_tree(from, u.xy, probability);
-        if (chosen == NO_EMITTER) return NO_SAMPLE;
-    }
+    return by_tree ? sample_tree(from, u, probability) : chosen;
+}
+
+// A sample of the light with this number, as seen from a point in a cell where it was chosen with this
+// probability, if that is known.
+LightSample sample_entry(uint chosen, float probability, uint cell, vec3 from, vec2 u) {
     const uint emitters = params.scene.at[0].emitter_count;
     if (!HAS_POINT_LIGHTS && !HAS_SUNS || chosen < emitters) {
-        return sample_emitter(chosen, probability, cell, from, u.zw);
+        return sample_emitter(chosen, probability, cell, from, u);
     }
     if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
-        return sample_sun(chosen - params.scene.at[0].first_sun, probability, cell, from, u.zw);
+        return sample_sun(chosen - params.scene.at[0].first_sun, probability, cell, from, u);
     }
-    LightSample s = sample_point_light(chosen - emitters, probability, cell, from, u.zw);
+    LightSample s = sample_point_light(chosen - emitters, probability, cell, from, u);
     s.number = chosen - emitters;
     return s;
+}
+
+// One light as seen from a point in a cell: xy chooses it, zw the point on it.
+LightSample sample_light(uint cell, vec3 from, vec4 u) {
+    float probability;
+    const uint chosen = choose_entry(cell, from, u.xy, probability);
+    return chosen == NO_EMITTER ? NO_SAMPLE : sample_entry(chosen, probability, cell, from, u.zw);
 }

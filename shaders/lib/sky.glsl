@@ -37,7 +37,7 @@ vec4 sky_box_texel(vec3 d) {
 }
 
 // Radiance of the picture.
-vec3 sky_radiance(vec3 direction) {
+vec3 sky_picture(vec3 direction) {
     const vec3 scale =
         direction.z < 0.0 ? params.scene.at[0].sky_lower : params.scene.at[0].sky_upper;
     if (SKY_KIND == SKY_FLAT) return scale * params.scene.at[0].sky_radiance;
@@ -50,6 +50,14 @@ vec3 sky_radiance(vec3 direction) {
         return scale * srgb_to_linear(texel.rgb);
     }
     return vec3(0.0);
+}
+
+// Radiance of the picture and of fog before it.
+vec3 sky_radiance(vec3 direction) {
+    if (!HAS_FOG) return sky_picture(direction);
+    const vec3 veil =
+        direction.z < 0.0 ? params.scene.at[0].veil_lower : params.scene.at[0].veil_upper;
+    return sky_picture(direction) + veil;
 }
 
 // Whether a sun's disc is seen in a direction. By the distance of two points on the unit sphere: their

@@ -3,7 +3,7 @@
 
 use glam::{Affine3A, Vec3};
 use runelight_tests::builder::{Builder, camera, settings};
-use runelight_tests::scenes::{polished, pool, pool_views, room, room_view, scrolling, sunny_room};
+use runelight_tests::scenes::{in_fog, polished, pool, pool_views, room, room_view, scrolling, sunny_room};
 use scene::render::{Estimator, Film};
 use scene::sky::{BACK_SPEED, FRONT_SPEED, scroll_uv};
 
@@ -38,6 +38,13 @@ fn all_estimators_see_the_same_through_water_and_glass() {
 #[test]
 fn all_estimators_see_the_same_gloss_and_bumps() {
     check_estimators(&polished(), &room_view(), &[2, 0]);
+}
+
+#[test]
+fn all_estimators_see_the_same_fog() {
+    let albedo = Vec3::new(0.9, 0.6, 0.3);
+    check_estimators(&in_fog(sunny_room(), 0.01, albedo), &room_view(), &[0]);
+    check_estimators(&in_fog(pool(), 0.02, albedo), &pool_views()[1], &[3]);
 }
 
 fn check_estimators(scene: &std::sync::Arc<scene::Scene>, view: &scene::Camera, depths: &[u32]) {

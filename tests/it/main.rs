@@ -39,7 +39,7 @@ use runelight_tests::devices::{self, Device};
 use std::sync::Arc;
 
 on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "passages.rs",
-    skies: "skies.rs",
+    skies: "skies.rs", fog: "fog.rs",
     styles: "styles.rs");
 
 /// The same for files that ask for a renderer more than one picture at a time.

@@ -1,9 +1,10 @@
 //! The two renderers and the four estimators agree within noise.
 
+use glam::Vec3;
 use runelight_tests::builder::settings;
 use runelight_tests::devices::{Device, render};
 use runelight_tests::levels;
-use runelight_tests::scenes::{polished, pool, pool_views, room_view};
+use runelight_tests::scenes::{in_fog, polished, pool, pool_views, room_view};
 use runelight_tests::stats::ZTest;
 use scene::Scene;
 use scene::import::LightMode;
@@ -44,6 +45,34 @@ fn the_devices_agree_through_water_and_glass() {
     let mut scene = Arc::unwrap_or_clone(pool());
     for (i, view) in pool_views().into_iter().enumerate() {
         scene.name = format!("pool {i}");
+        scene.cameras = vec![view];
+        check_devices(&Arc::new(scene.clone()));
+    }
+}
+
+#[test]
+fn the_devices_agree_in_fog() {
+    let mut scene = Arc::unwrap_or_clone(pool());
+    let lamp = |position, spot| scene::PointLight {
+        position,
+        radius: 2.0,
+        intensity: Vec3::new(400.0, 300.0, 200.0),
+        spot,
+        ..scene::PointLight::default()
+    };
+    let spot = scene::light::Spot {
+        direction: Vec3::NEG_Z,
+        cos_inner: 0.9,
+        cos_outer: 0.5,
+    };
+    scene.lights = vec![
+        lamp(Vec3::new(-30.0, -20.0, 10.0), None),
+        lamp(Vec3::new(10.0, -10.0, 35.0), Some(spot)),
+    ];
+    let scene = in_fog(Arc::new(scene), 0.01, Vec3::new(0.9, 0.7, 0.5));
+    let mut scene = Arc::unwrap_or_clone(scene);
+    for (i, view) in pool_views().into_iter().enumerate() {
+        scene.name = format!("pool in fog {i}");
         scene.cameras = vec![view];
         check_devices(&Arc::new(scene.clone()));
     }

@@ -103,6 +103,7 @@ fn the_camera_sees_the_disc_of_a_sun_in_the_sky() {
         kind: SkyKind::Flat(Vec3::ONE),
         scale: [Vec3::new(0.25, 0.5, 0.75), Vec3::new(1.0, 2.0, 3.0)],
         suns: vec![sun],
+        ..Sky::default()
     };
     let scene = b.build();
     let (side, _) = direction.any_orthonormal_pair();
@@ -129,6 +130,7 @@ fn each_half_of_the_sky_lights_what_faces_it() {
         kind: SkyKind::Flat(Vec3::ONE),
         scale,
         suns: Vec::new(),
+        ..Sky::default()
     };
     let scene = b.build();
     for (height, scale) in [(20.0, scale[0]), (-20.0, scale[1])] {
@@ -156,6 +158,7 @@ fn a_skybox_shows_its_sides_by_direction() {
         kind: SkyKind::Box(sides[0]),
         scale: [Vec3::new(0.5, 1.0, 2.0), Vec3::ONE],
         suns: Vec::new(),
+        ..Sky::default()
     };
     let scene = b.build();
     // Per side: what is ahead, to the right of it and above it, as the engine has it.

@@ -13,7 +13,7 @@ pub fn scrolling(b: &mut Builder) -> Sky {
     Sky {
         kind: SkyKind::Scrolling { back, front },
         scale: [Vec3::new(1.5, 1.4, 1.3), Vec3::new(0.5, 0.7, 0.9)],
-        suns: Vec::new(),
+        ..Sky::default()
     }
 }
 
@@ -209,4 +209,17 @@ pub fn polished() -> Arc<Scene> {
     b.transform(Affine3A::from_rotation_x(0.3));
     b.scene.sky = scrolling(&mut b);
     b.build()
+}
+
+/// A scene filled with fog; its sky, if it has one, is veiled by half.
+#[must_use]
+pub fn in_fog(scene: Arc<Scene>, extinction: f32, albedo: Vec3) -> Arc<Scene> {
+    let mut scene = Arc::unwrap_or_clone(scene);
+    scene.fog = Some(scene::Fog { extinction, albedo });
+    for (veil, scale) in scene.sky.veil.iter_mut().zip(&mut scene.sky.scale) {
+        *scale *= 0.5;
+        *veil = *scale * 0.3;
+    }
+    list_emitters(&mut scene);
+    Arc::new(scene.completed())
 }

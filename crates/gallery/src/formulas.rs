@@ -1,6 +1,6 @@
 //! Closed forms that pictures are compared with.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Radiance in a closed box whose walls emit `emitted` and reflect the share `albedo`: the
 /// geometric series over `depth` path vertices, all of them if `depth` is 0.
@@ -24,6 +24,51 @@ pub fn rectangle_form_factor(x: [f64; 2], y: [f64; 2], height: f64) -> f64 {
         (a / p * (b / p).atan() + b / q * (a / q).atan()) / TAU
     };
     corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])
+}
+
+/// A lamp beside a ray: how far along the ray it is nearest, how far from the ray, and its radius.
+#[derive(Clone, Copy, Debug)]
+pub struct LampBeside {
+    /// Distance along the ray.
+    pub along: f64,
+    /// Distance from the ray, more than the radius.
+    pub height: f64,
+    /// Radius.
+    pub radius: f64,
+}
+
+/// Radiance that white fog scatters once along a ray of this length, from a lamp of radiant intensity 1
+/// times `factor` of the distance along the ray. The integral is taken over the angle that the ray fills as
+/// seen from the lamp, by the midpoint rule.
+#[must_use]
+pub fn airlight(
+    extinction: f64,
+    length: f64,
+    lamp: LampBeside,
+    factor: impl Fn(f64) -> f64,
+) -> f64 {
+    const STEPS: u32 = 20_000;
+    let LampBeside {
+        along,
+        height,
+        radius,
+    } = lamp;
+    let [begin, end] = [0.0, length].map(|t| ((t - along) / height).atan());
+    let step = (end - begin) / f64::from(STEPS);
+    let radiance = 1.0 / (PI * radius * radius);
+    (0..STEPS)
+        .map(|i| {
+            let angle = begin + (f64::from(i) + 0.5) * step;
+            let (t, distance) = (along + height * angle.tan(), height / angle.cos());
+            let sin2 = (radius / distance).powi(2);
+            let solid_angle = TAU * sin2 / (1.0 + (1.0 - sin2).sqrt());
+            // The lamp's near side is nearer than its middle, by two thirds of the radius on average.
+            let way = t + distance - radius * 2.0 / 3.0;
+            let scattered = extinction / (4.0 * PI) * solid_angle * (-extinction * way).exp();
+            scattered * factor(t) * distance * distance / height * step
+        })
+        .sum::<f64>()
+        * radiance
 }
 
 #[cfg(test)]
@@ -52,6 +97,20 @@ mod tests {
         // All of the hemisphere.
         let everything = rectangle_form_factor([-1e9, 1e9], [-1e9, 1e9], 1.0);
         assert!((everything - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn airlight_of_a_far_lamp_is_that_of_even_light() {
+        // From so far away light is even along the ray: the integral has a closed form.
+        let (sigma, length, height) = (1e-3, 500.0, 1e5);
+        let lamp = LampBeside {
+            along: 100.0,
+            height,
+            radius: 1.0,
+        };
+        let found = airlight(sigma, length, lamp, |_| 1.0) * (sigma * height).exp();
+        let expected = (1.0 - (-sigma * length).exp()) / (4.0 * PI * height * height);
+        assert!((found / expected - 1.0).abs() < 2e-3, "{found} {expected}");
     }
 
     #[test]

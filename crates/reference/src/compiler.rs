@@ -38,13 +38,10 @@ pub fn eval_compiler_light(
     point: DVec3,
     normal: DVec3,
 ) -> Option<CompilerSample> {
-    let (direction, distance) = match compiler.falloff {
-        Falloff::Sun(along) => (-along.as_dvec3(), None),
-        _ => {
-            let to_light = light.position.as_dvec3() - point;
-            let distance = to_light.length();
-            (to_light / distance, Some(distance))
-        }
+    let direction = direction_to(light, compiler, point);
+    let distance = match compiler.falloff {
+        Falloff::Sun(_) => None,
+        _ => Some(light.position.as_dvec3().distance(point)),
     };
     let cos = normal.dot(direction);
     // A light in the very point has no direction.
@@ -63,6 +60,17 @@ pub fn eval_compiler_light(
         direction,
         distance,
     })
+}
+
+/// Unit direction to a light; not a number in the very place of one.
+pub(crate) fn direction_to(light: &PointLight, compiler: &CompilerLight, point: DVec3) -> DVec3 {
+    match compiler.falloff {
+        Falloff::Sun(along) => -along.as_dvec3(),
+        _ => {
+            let to_light = light.position.as_dvec3() - point;
+            to_light / to_light.length()
+        }
+    }
 }
 
 #[cfg(test)]

@@ -54,38 +54,39 @@ impl World {
         direction: DVec3,
         distance: f64,
     ) -> f64 {
-        let pdf_area = match self.emitter_at(point) {
-            Some(number) => self.pdf_light_area(choice, number, point),
-            None => 0.0,
+        let part = point.place.part;
+        let pdf_area = || {
+            let number = self.emitter_at(point)?;
+            let emitters = self.emitters_of(part)?;
+            let emitter = &emitters.list[number as usize];
+            let probability = self.emitter_probability(choice, part, number)?;
+            Some(probability * self.pdf_emitter_point(emitters, emitter, point))
         };
+        let pdf_area = pdf_area().unwrap_or(0.0);
         pdf_area_to_solid_angle(pdf_area, distance * distance, point.normal.dot(direction))
     }
 
-    /// Density per area with which light sampling chooses a point of an emitter.
-    pub fn pdf_light_area(
-        &self,
-        choice: &Choice<'_>,
-        number: u32,
-        point: &SurfacePoint<'_>,
-    ) -> f64 {
-        let part = point.place.part;
-        let Some(emitters) = self.emitters_of(part) else {
-            return 0.0;
-        };
+    /// Whether there is any light to choose.
+    pub fn has_lights(&self) -> bool {
+        self.scene.emitters.total_weight > 0.0 || self.moving.share > 0.0
+    }
+
+    /// Probability with which light sampling chooses an emitter on a part, by its number there.
+    pub fn emitter_probability(&self, choice: &Choice<'_>, part: u32, number: u32) -> Option<f64> {
+        let emitters = self.emitters_of(part)?;
         let emitter = &emitters.list[number as usize];
         let power = f64::from(emitter.weight) / f64::from(emitters.total_weight);
-        let probability = match self.parts[part as usize].emitting {
+        Some(match self.parts[part as usize].emitting {
             Emitting::List(_) => {
                 f64::from(self.moving.share) * self.moving_probabilities[part as usize] * power
             }
             _ => choice.probability(number, power),
-        };
-        probability * self.pdf_emitter_point(emitters, emitter, point)
+        })
     }
 
     /// Density per area with which [`Self::sample_emitter_point`] chooses a point of one of the
     /// `emitters`.
-    fn pdf_emitter_point(
+    pub fn pdf_emitter_point(
         &self,
         emitters: &Emitters,
         emitter: &Emitter,

@@ -2,13 +2,14 @@
 
 use crate::bvh::Stack;
 use crate::choice::Choice;
-use crate::lights::{Vertex, sample_light};
+use crate::fog::Met;
+use crate::lights::{LightSample, Place, Scattering, sample_light};
 use crate::part::Sight;
 use crate::passage::{Depth, Event, MAX_PASSAGES, sample_event};
 use crate::rng::Rng;
 use crate::shading::mis_weight;
 use crate::triangle::Ray;
-use crate::world::World;
+use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::Surface;
 use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
@@ -45,7 +46,9 @@ pub(crate) struct FirstHit {
 impl PathSample {
     /// Adds light of a style that was sampled at path vertex `k - 1`, at brightness 1 if the styles are
     /// told apart.
-    fn add_sampled(&mut self, k: u32, radiance: DVec3, style: usize, world: &World) {
+    pub fn add_sampled(&mut self, k: u32, throughput: DVec3, light: &LightSample, world: &World) {
+        self.rays += u64::from(light.rays);
+        let (radiance, style) = (throughput * light.radiance, light.style);
         if style == 0 || radiance == DVec3::ZERO {
             self.add(k, radiance);
             return;
@@ -64,11 +67,89 @@ impl PathSample {
     }
 }
 
+/// A path as it is walked.
+pub(crate) struct Walk<'a> {
+    pub ray: Ray,
+    /// Number of the vertex that the ray leads to.
+    pub k: u32,
+    pub throughput: DVec3,
+    /// Density of the ray's direction at the vertex before.
+    pub pdf_direction: f64,
+    /// How lights were chosen at the vertex before; at the camera they were not.
+    pub choice: Choice<'a>,
+    /// What the ray meets.
+    pub sight: Sight,
+    /// Whether light that the ray finds was not sampled at the vertex before.
+    pub is_found_alone: bool,
+    /// What absorbs along the ray.
+    pub depth: Depth,
+    /// Distance of the last interface that the ray passed straight through, and how many it passed.
+    pub passed: f64,
+    passages: u32,
+    /// Whether the path was scattered in fog, which it is once at most.
+    pub is_scattered: bool,
+}
+
+impl Walk<'_> {
+    /// Goes on from a vertex. Not if Russian roulette ends the path.
+    pub fn go_on(
+        &mut self,
+        (origin, sight): (DVec3, Sight),
+        direction: DVec3,
+        depth: u32,
+        rng: &mut Rng,
+    ) -> bool {
+        if depth == 0 && self.k >= ROULETTE_START {
+            let survival = self.throughput.max_element().min(ROULETTE_MAX_SURVIVAL);
+            if rng.next() >= survival {
+                return false;
+            }
+            self.throughput /= survival;
+        }
+        self.ray = Ray::new(origin, direction);
+        self.sight = sight;
+        self.depth = Depth::new(self.depth.absorption());
+        (self.passed, self.passages) = (0.0, 0);
+        self.k += 1;
+        rng.begin_vertex(self.k);
+        true
+    }
+
+    /// Adds what is emitted towards the ray at `point`, which is `distance` away, times `arriving`.
+    fn add_emission(
+        &self,
+        world: &World,
+        estimator: Estimator,
+        point: &SurfacePoint<'_>,
+        distance: f64,
+        arriving: DVec3,
+        sample: &mut PathSample,
+    ) {
+        // Of emission that light sampling would have found with this density.
+        let weight = |pdf_light: f64| match estimator {
+            _ if self.is_found_alone => 1.0,
+            Estimator::Naive | Estimator::Uniform => 1.0,
+            Estimator::Nee => 0.0,
+            Estimator::Mis => mis_weight(self.pdf_direction, pdf_light),
+        };
+        let direction = self.ray.direction;
+        let emitted = world.emitted(point, direction);
+        if emitted != DVec3::ZERO {
+            let pdf_light = world.pdf_light(&self.choice, point, direction, distance);
+            sample.add(self.k, arriving * emitted * weight(pdf_light));
+        }
+        if point.material.surface == Surface::Sky {
+            let suns = world.suns(&self.choice, direction, weight);
+            sample.add(self.k, arriving * suns);
+        }
+    }
+}
+
 /// Follows one path from the camera ray `ray`.
 pub(crate) fn trace_path(
     world: &World,
     settings: &Settings,
-    mut ray: Ray,
+    ray: Ray,
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> PathSample {
@@ -79,98 +160,104 @@ pub(crate) fn trace_path(
         ..
     } = *settings;
     let mut sample = PathSample::default();
-    let mut throughput = DVec3::ONE;
-    // Density of the ray's direction at the vertex before.
-    let mut pdf_direction = 0.0;
-    // How lights were chosen at the vertex before; at the camera they were not.
-    let mut choice = Choice::NONE;
-    // Whether light that the ray finds was not sampled at the vertex before.
-    let mut is_found_alone = true;
-    let mut depth_along = Depth::new(world.absorption_at(ray.origin));
-    // Distance of the last interface that the ray passed straight through, and how many it passed.
-    let (mut passed, mut passages) = (0.0, 0);
-    let mut sight = Sight::CAMERA;
-    let mut k = 1_u32;
+    let mut walk = Walk {
+        ray,
+        k: 1,
+        throughput: DVec3::ONE,
+        pdf_direction: 0.0,
+        choice: Choice::NONE,
+        sight: Sight::CAMERA,
+        is_found_alone: true,
+        depth: Depth::new(world.absorption_at(ray.origin)),
+        passed: 0.0,
+        passages: 0,
+        is_scattered: false,
+    };
+    rng.begin_vertex(1);
     loop {
-        rng.begin_vertex(k);
         sample.rays += 1;
-        let Some(hit) = world.closest_hit(&ray, passed, sight, stack) else {
-            sample.escaped = Some(ray);
+        let Some(hit) = world.closest_hit(&walk.ray, walk.passed, walk.sight, stack) else {
+            sample.escaped = Some(walk.ray);
             return sample;
         };
         let point = world.surface_point(&hit);
-        let arriving = throughput * depth_along.transmittance(hit.at.t);
+        let at = hit.at.t;
+        let clear = world.clear(at - walk.passed);
+        let mut arriving = walk.throughput * walk.depth.transmittance(at) * clear;
+        walk.add_emission(world, estimator, &point, at, arriving, &mut sample);
 
-        // Of emission that light sampling would have found with this density.
-        let weight = |pdf_light: f64| match estimator {
-            _ if is_found_alone => 1.0,
-            Estimator::Naive | Estimator::Uniform => 1.0,
-            Estimator::Nee => 0.0,
-            Estimator::Mis => mis_weight(pdf_direction, pdf_light),
+        let first = || FirstHit {
+            albedo: world.albedo(&point),
+            normal: point.facing_normal(),
+            position: point.position,
+            face: point.face,
         };
-        let emitted = world.emitted(&point, ray.direction);
-        if emitted != DVec3::ZERO {
-            let pdf_light = world.pdf_light(&choice, &point, ray.direction, hit.at.t);
-            sample.add(k, arriving * emitted * weight(pdf_light));
-        }
-        if point.material.surface == Surface::Sky {
-            sample.add(k, arriving * world.suns(&choice, ray.direction, weight));
+        if let Some(fog) = &world.scene.fog {
+            match walk.meet_fog(world, settings, fog, at, &mut sample, rng, stack) {
+                Met::Nothing => arriving /= clear,
+                Met::Absorption => walk.throughput *= clear,
+                Met::Scattering(goes_on) => {
+                    sample.first.get_or_insert_with(first);
+                    if goes_on {
+                        continue;
+                    }
+                    return sample;
+                }
+            }
         }
 
         let finish = &point.material.finish;
         let normal = point.facing_normal();
         let event = if finish.alpha < 1.0 {
-            let cos = normal.dot(ray.direction).abs();
+            let cos = normal.dot(walk.ray.direction).abs();
             sample_event(finish, cos, rng.next())
         } else {
             Event::Paint
         };
         if event == Event::Pass {
-            passages += 1;
-            if passages > MAX_PASSAGES {
+            walk.passages += 1;
+            if walk.passages > MAX_PASSAGES {
                 return sample;
             }
-            throughput *= finish.tint.as_dvec3();
-            depth_along.pass(finish, point.front, hit.at.t);
-            passed = hit.at.t;
+            walk.throughput *= finish.tint.as_dvec3();
+            walk.depth.pass(finish, point.front, at);
+            walk.passed = at;
             continue;
         }
-        throughput = arriving;
-        (passed, passages) = (0.0, 0);
-        depth_along = Depth::new(depth_along.absorption());
-
-        let albedo = world.albedo(&point);
-        if k == 1 {
-            sample.first = Some(FirstHit {
-                albedo,
-                normal,
-                position: point.position,
-                face: point.face,
-            });
-        }
+        walk.throughput = arriving;
+        sample.first.get_or_insert_with(first);
         // Black surfaces, the sky among them, end the path.
-        let bsdf = world.bsdf(&point, albedo, -ray.direction);
-        if k == depth || (event == Event::Paint && bsdf.is_black()) {
+        let bsdf = world.bsdf(&point, world.albedo(&point), -walk.ray.direction);
+        if walk.k == depth || (event == Event::Paint && bsdf.is_black()) {
             return sample;
         }
 
-        is_found_alone = event == Event::Reflect;
+        walk.is_found_alone = event == Event::Reflect;
+        let (origin, sight) = (point.spawn_origin(), world.sight_from(&point));
         if event == Event::Paint && estimator.samples_lights() {
-            let moving = world.moving.share;
-            choice = Choice::at(&world.scene, selection, point.spawn_origin(), moving);
-            let vertex = Vertex {
-                point,
-                bsdf,
-                absorption: depth_along.absorption(),
+            walk.choice = Choice::at(&world.scene, selection, origin, world.moving.share);
+            let place = Place {
+                position: point.position,
+                origin,
+                sight,
+                scattering: Scattering::Surface(normal, bsdf),
             };
-            let light = sample_light(world, settings, &choice, &vertex, rng, stack);
-            sample.rays += u64::from(light.rays);
-            sample.add_sampled(k + 1, throughput * light.radiance, light.style, world);
+            let absorption = walk.depth.absorption();
+            let light = sample_light(
+                world,
+                settings,
+                &walk.choice,
+                &place,
+                absorption,
+                rng,
+                stack,
+            );
+            sample.add_sampled(walk.k + 1, walk.throughput, &light, world);
         }
 
         let direction = if event == Event::Reflect {
-            let cos = normal.dot(ray.direction).abs();
-            (ray.direction + normal * (2.0 * cos)).normalize()
+            let cos = normal.dot(walk.ray.direction).abs();
+            (walk.ray.direction + normal * (2.0 * cos)).normalize()
         } else {
             let u = rng.next2();
             let next = match estimator {
@@ -180,19 +267,12 @@ pub(crate) fn trace_path(
             if next.weight == DVec3::ZERO {
                 return sample;
             }
-            pdf_direction = next.pdf;
-            throughput *= next.weight;
+            walk.pdf_direction = next.pdf;
+            walk.throughput *= next.weight;
             next.direction
         };
-        if depth == 0 && k >= ROULETTE_START {
-            let survival = throughput.max_element().min(ROULETTE_MAX_SURVIVAL);
-            if rng.next() >= survival {
-                return sample;
-            }
-            throughput /= survival;
+        if !walk.go_on((origin, sight), direction, depth, rng) {
+            return sample;
         }
-        ray = Ray::new(point.spawn_origin(), direction);
-        sight = world.sight_from(&point);
-        k += 1;
     }
 }

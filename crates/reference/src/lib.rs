@@ -47,6 +47,7 @@ mod choice;
 pub mod compiler;
 mod emitters;
 mod film;
+pub mod fog;
 mod integrator;
 mod lights;
 mod moment;

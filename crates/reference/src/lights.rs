@@ -3,14 +3,16 @@
 use crate::bsdf::Bsdf;
 use crate::bvh::Stack;
 use crate::choice::{Choice, sample_alias};
-use crate::compiler::eval_compiler_light;
+use crate::compiler::{direction_to, eval_compiler_light};
+use crate::fog::PHASE;
+use crate::part::Sight;
 use crate::rng::Rng;
 use crate::shading::{
     mis_weight, pdf_area_to_solid_angle, pdf_sphere_cone, sample_sphere_cone, spawn_origin,
     sphere_cone_height, sphere_near_distance, sphere_radiance, spot_factor,
 };
 use crate::triangle::Ray;
-use crate::world::{SurfacePoint, World};
+use crate::world::World;
 use glam::DVec3;
 use scene::PointLight;
 use scene::emitter::MovingLight;
@@ -20,7 +22,7 @@ use scene::render::{Estimator, MOST_CANDIDATES, Settings};
 /// A light sample at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LightSample {
-    /// Radiance reflected towards the viewer.
+    /// Radiance scattered towards the viewer.
     pub radiance: DVec3,
     /// Which of the scene's styles it shines in; its brightness is not in the radiance.
     pub style: usize,
@@ -28,16 +30,35 @@ pub(crate) struct LightSample {
     pub rays: u32,
 }
 
+impl LightSample {
+    /// Of `radiance` if nothing is between, of which `share` arrives.
+    pub fn new(radiance: DVec3, share: DVec3, style: usize, rays: u32) -> Self {
+        Self {
+            radiance: if share == DVec3::ZERO {
+                DVec3::ZERO
+            } else {
+                radiance * share
+            },
+            style,
+            rays,
+        }
+    }
+}
+
 /// A light sample before it is known whether anything is between.
-struct Candidate {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
     /// Emitted radiance over the density, weighted.
-    radiance: DVec3,
+    pub radiance: DVec3,
     /// Unit direction to it.
-    direction: DVec3,
+    pub direction: DVec3,
+    /// Which of the scene's styles it shines in.
+    pub style: usize,
     end: End,
 }
 
 /// Where the light comes from.
+#[derive(Clone, Copy, Debug)]
 enum End {
     /// A point, world space: nothing may be between.
     At(DVec3),
@@ -45,79 +66,268 @@ enum End {
     Sky,
 }
 
-/// A path vertex that light is sampled at.
+/// Where light is sampled.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vertex<'a> {
-    /// Where it is.
-    pub point: SurfacePoint<'a>,
-    /// What it reflects.
-    pub bsdf: Bsdf,
-    /// Absorption of what it lies in, per world unit.
-    pub absorption: DVec3,
+pub(crate) struct Place {
+    /// World space.
+    pub position: DVec3,
+    /// Where shadow rays start.
+    pub origin: DVec3,
+    /// What they meet.
+    pub sight: Sight,
+    /// What becomes of the light.
+    pub scattering: Scattering,
 }
 
-impl Vertex<'_> {
+/// What scatters light at a place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Scattering {
+    /// A surface with this normal, which light from behind does not reach.
+    Surface(DVec3, Bsdf),
+    /// Fog of this albedo.
+    Fog(DVec3),
+}
+
+impl Scattering {
+    /// Cosine that the light arrives under; in fog there is no surface to lie aslant.
+    fn cos(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::Surface(normal, _) => normal.dot(direction),
+            Self::Fog(_) => 1.0,
+        }
+    }
+
+    /// Scattered radiance towards the viewer, for light of radiance 1 per steradian in `direction`.
+    pub fn eval(&self, direction: DVec3) -> DVec3 {
+        match self {
+            Self::Surface(_, bsdf) => bsdf.eval(direction),
+            Self::Fog(albedo) => *albedo * PHASE,
+        }
+    }
+
+    /// Density per steradian with which a path goes on in `direction`.
+    fn pdf(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::Surface(_, bsdf) => bsdf.pdf(direction),
+            Self::Fog(_) => PHASE,
+        }
+    }
+
     /// Weight of a light sample in `direction` that a ray could have found, too.
     fn light_weight(&self, estimator: Estimator, pdf_light: f64, direction: DVec3) -> f64 {
         match estimator {
-            Estimator::Mis => mis_weight(pdf_light, self.bsdf.pdf(direction)),
+            Estimator::Mis => mis_weight(pdf_light, self.pdf(direction)),
             _ => 1.0,
         }
     }
 }
 
-/// Samples one light as seen from a vertex, out of several candidates by the choice there: in
-/// proportion to the luminance that each would add, and for the mean of all (Talbot, Cline and Egbert
-/// 2005). The weights against hitting the light are those of a single candidate.
+/// Resampled importance sampling (Talbot, Cline and Egbert 2005): one of several candidates, in proportion
+/// to the luminance that each would add, which stands for the mean of all.
+pub(crate) struct Reservoir<T> {
+    /// Candidates that are to be offered at most.
+    pub count: u32,
+    /// The one that is kept, its radiance, and the luminance of that.
+    best: Option<(T, DVec3, f64)>,
+    sum: f64,
+}
+
+impl<T> Reservoir<T> {
+    pub fn new(candidates: u32) -> Self {
+        Self {
+            count: candidates.clamp(1, MOST_CANDIDATES),
+            best: None,
+            sum: 0.0,
+        }
+    }
+
+    /// Offers a candidate that adds `radiance` if nothing is between.
+    pub fn offer(&mut self, candidate: T, radiance: DVec3, rng: &mut Rng) {
+        // Compilers know lights that take light away.
+        let target = luminance(radiance.abs());
+        self.sum += target;
+        if rng.next() * self.sum < target {
+            self.best = Some((candidate, radiance, target));
+        }
+    }
+
+    /// The candidate that is kept, and what it adds for the mean of all.
+    pub fn kept(self) -> Option<(T, DVec3)> {
+        let (candidate, radiance, target) = self.best?;
+        let mean = self.sum / f64::from(self.count);
+        Some((candidate, radiance * (mean / target)))
+    }
+}
+
+/// A light to choose: among the scene's own, or what moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Light {
+    /// An emitter on a part of the world, by its number there.
+    Emitter { part: u32, number: u32 },
+    /// A light entity of the scene.
+    Entity(usize),
+    /// A light that moves, by its number among all that does, and among such lights.
+    Moving { entry: usize, number: usize },
+    /// A sun.
+    Sun(usize),
+}
+
+impl Light {
+    /// Chooses one; `None` if none can light the point of the choice.
+    pub fn choose(world: &World, choice: &Choice<'_>, rng: &mut Rng) -> Option<Self> {
+        let moving = &world.moving;
+        if moving.share > 0.0 && rng.next() < f64::from(moving.share) {
+            let entry = sample_alias(&moving.alias, rng.next());
+            return Some(match moving.lights[entry] {
+                MovingLight::Point(number) => Self::Moving {
+                    entry,
+                    number: number as usize,
+                },
+                MovingLight::Instance { number: part, list } => {
+                    let list = &world.scene.moving.lists[list as usize];
+                    let number = sample_alias(&list.alias, rng.next()) as u32;
+                    Self::Emitter { part, number }
+                }
+            });
+        }
+        let entry = choice.sample(rng)?;
+        let listed = world.scene.emitters.list.len();
+        let lights = world.scene.lights.len();
+        Some(if entry < listed {
+            Self::Emitter {
+                part: 0,
+                number: entry as u32,
+            }
+        } else if entry < listed + lights {
+            Self::Entity(entry - listed)
+        } else {
+            Self::Sun(entry - listed - lights)
+        })
+    }
+
+    /// Probability with which [`Self::choose`] comes to it.
+    pub fn probability(self, world: &World, choice: &Choice<'_>) -> f64 {
+        let scene = &world.scene;
+        let own = |entry: usize, weight: f32| {
+            let power = f64::from(weight) / f64::from(scene.emitters.total_weight);
+            choice.probability(entry as u32, power)
+        };
+        let listed = scene.emitters.list.len();
+        match self {
+            Self::Emitter { part, number } => world
+                .emitter_probability(choice, part, number)
+                .unwrap_or(0.0),
+            // A style that is dark now does not change the choice.
+            Self::Entity(index) => own(listed + index, scene.lights[index].weight()),
+            Self::Sun(index) => {
+                let entry = listed + scene.lights.len() + index;
+                own(entry, scene.sky.suns[index].weight)
+            }
+            Self::Moving { entry, .. } => {
+                let moving = &world.moving;
+                f64::from(moving.share) * f64::from(moving.probabilities[entry])
+            }
+        }
+    }
+
+    /// The sphere that it is, if it is one.
+    pub fn sphere(self, world: &World) -> Option<&PointLight> {
+        match self {
+            Self::Entity(index) => Some(&world.lights[index]),
+            Self::Moving { number, .. } => Some(&world.frame_lights[number]),
+            Self::Emitter { .. } | Self::Sun(_) => None,
+        }
+    }
+
+    /// A sample of it as seen from a place, where it is chosen with this probability; `None` if it can
+    /// add nothing.
+    pub fn sample(
+        self,
+        world: &World,
+        estimator: Estimator,
+        place: &Place,
+        probability: f64,
+        u: [f64; 2],
+    ) -> Option<Candidate> {
+        if probability <= 0.0 {
+            return None;
+        }
+        match self {
+            Self::Emitter { part, number } => {
+                sample_emitter(world, estimator, place, (part, number), probability, u)
+            }
+            Self::Sun(index) => sample_sun(world, estimator, place, index, probability, u),
+            Self::Moving { number, .. } => {
+                sample_point_light(place, &world.frame_lights[number], probability, u)
+            }
+            Self::Entity(index) => {
+                let light = &world.lights[index];
+                let candidate = match &light.compiler {
+                    None => sample_point_light(place, light, probability, u),
+                    Some(compiler) => compiler_candidate(place, light, compiler, probability),
+                }?;
+                Some(Candidate {
+                    style: world.scene.style_of(light),
+                    ..candidate
+                })
+            }
+        }
+    }
+}
+
+/// Samples one light as seen from a place of absorption `absorption`, out of several candidates by the
+/// choice there. The weights against hitting the light are those of a single candidate.
 pub(crate) fn sample_light(
     world: &World,
     settings: &Settings,
     choice: &Choice<'_>,
-    vertex: &Vertex<'_>,
+    place: &Place,
+    absorption: DVec3,
     rng: &mut Rng,
     stack: &mut Stack,
 ) -> LightSample {
-    if world.scene.emitters.total_weight <= 0.0 && world.moving.share <= 0.0 {
+    if !world.has_lights() {
         return LightSample::default();
     }
-    let count = settings.candidates.clamp(1, MOST_CANDIDATES);
-    let (mut kept, mut sum) = (None, 0.0);
-    for _ in 0..count {
-        let candidate = sample_candidate(world, settings.estimator, choice, vertex, rng);
-        if let Some((candidate, style)) = candidate {
-            let reflected = candidate.radiance * vertex.bsdf.eval(candidate.direction);
-            // Compilers know lights that take light away.
-            let target = luminance(reflected.abs());
-            sum += target;
-            if rng.next() * sum < target {
-                kept = Some((candidate, style, reflected, target));
-            }
+    let mut reservoir = Reservoir::new(settings.candidates);
+    for _ in 0..reservoir.count {
+        let Some(light) = Light::choose(world, choice, rng) else {
+            continue;
+        };
+        let u = rng.next2();
+        let probability = light.probability(world, choice);
+        let sample = light.sample(world, settings.estimator, place, probability, u);
+        if let Some(candidate) = sample {
+            let radiance = candidate.radiance * place.scattering.eval(candidate.direction);
+            reservoir.offer(candidate, radiance, rng);
         }
     }
-    let Some((Candidate { direction, end, .. }, style, reflected, target)) = kept else {
+    let Some((candidate, radiance)) = reservoir.kept() else {
         return LightSample::default();
     };
-    let radiance = reflected * (sum / (target * f64::from(count)));
-    let origin = vertex.point.spawn_origin();
-    let sight = world.sight_from(&vertex.point);
-    let (arriving, rays) = match end {
+    let (share, rays) = arriving(world, &candidate, absorption, place, stack);
+    LightSample::new(radiance, share, candidate.style, rays)
+}
+
+/// Share of a candidate's light that arrives at a place, whose space has this absorption, and how many
+/// rays were traced to know.
+pub(crate) fn arriving(
+    world: &World,
+    candidate: &Candidate,
+    absorption: DVec3,
+    place: &Place,
+    stack: &mut Stack,
+) -> (DVec3, u32) {
+    let Place { origin, sight, .. } = *place;
+    match candidate.end {
         End::At(end) => {
-            let arriving = world.transmittance(vertex.absorption, origin, end, sight, stack);
-            (arriving, 1)
+            let share = world.transmittance(absorption, origin, end, sight, stack);
+            (share, 1)
         }
         End::Sky => {
-            let ray = Ray::new(origin, direction);
-            world.transmittance_of_sky(vertex.absorption, &ray, sight, stack)
+            let ray = Ray::new(origin, candidate.direction);
+            world.transmittance_of_sky(absorption, &ray, sight, stack)
         }
-    };
-    LightSample {
-        radiance: if arriving == DVec3::ZERO {
-            DVec3::ZERO
-        } else {
-            radiance * arriving
-        },
-        style,
-        rays,
     }
 }
 
@@ -126,100 +336,39 @@ fn luminance(rgb: DVec3) -> f64 {
     rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// One light sample as seen from a point, and which of the scene's styles it shines in; `None` if it
-/// can add nothing.
-fn sample_candidate(
-    world: &World,
-    estimator: Estimator,
-    choice: &Choice<'_>,
-    vertex: &Vertex<'_>,
-    rng: &mut Rng,
-) -> Option<(Candidate, usize)> {
-    let emitters = &world.scene.emitters;
-    let moves = world.moving.share > 0.0 && rng.next() < f64::from(world.moving.share);
-    if moves {
-        let candidate = sample_moving(world, estimator, choice, vertex, rng);
-        return candidate.map(|candidate| (candidate, 0));
-    }
-    let entry = choice.sample(rng)?;
-    let u = rng.next2();
-    let (listed, lights) = (emitters.list.len(), world.scene.lights.len());
-    let mut style = 0;
-    let candidate = if entry < listed {
-        sample_emitter(world, estimator, choice, vertex, (0, entry as u32), u)
-    } else if entry < listed + lights {
-        let light = &world.lights[entry - listed];
-        style = world.scene.style_of(light);
-        // A style that is dark now does not change the choice.
-        let weight = world.scene.lights[entry - listed].weight();
-        let power = f64::from(weight) / f64::from(emitters.total_weight);
-        let pdf_choice = choice.probability(entry as u32, power);
-        match &light.compiler {
-            None => sample_point_light(&vertex.point, light, pdf_choice, u),
-            Some(compiler) => compiler_candidate(&vertex.point, light, compiler, pdf_choice),
-        }
-    } else {
-        sample_sun(world, estimator, choice, vertex, entry - listed - lights, u)
-    };
-    candidate.map(|candidate| (candidate, style))
-}
-
-/// One light sample of what moves.
-fn sample_moving(
-    world: &World,
-    estimator: Estimator,
-    choice: &Choice<'_>,
-    vertex: &Vertex<'_>,
-    rng: &mut Rng,
-) -> Option<Candidate> {
-    let moving = &world.moving;
-    let entry = sample_alias(&moving.alias, rng.next());
-    match moving.lights[entry] {
-        MovingLight::Point(number) => {
-            let pdf_choice = f64::from(moving.share) * f64::from(moving.probabilities[entry]);
-            let light = &world.frame_lights[number as usize];
-            sample_point_light(&vertex.point, light, pdf_choice, rng.next2())
-        }
-        MovingLight::Instance { number, list } => {
-            let list = &world.scene.moving.lists[list as usize];
-            let emitter = sample_alias(&list.alias, rng.next()) as u32;
-            let u = rng.next2();
-            sample_emitter(world, estimator, choice, vertex, (number, emitter), u)
-        }
-    }
-}
-
 /// Estimate of the light from a point of an emitter: part and number there.
 fn sample_emitter(
     world: &World,
     estimator: Estimator,
-    choice: &Choice<'_>,
-    vertex: &Vertex<'_>,
+    place: &Place,
     (part, number): (u32, u32),
+    probability: f64,
     u: [f64; 2],
 ) -> Option<Candidate> {
-    let point = &vertex.point;
-    let emitter = &world.emitters_of(part)?.list[number as usize];
-    let light = world.sample_emitter_point(part, emitter, u, point.position)?;
-    let to_light = light.position - point.position;
+    let emitters = world.emitters_of(part)?;
+    let emitter = &emitters.list[number as usize];
+    let light = world.sample_emitter_point(part, emitter, u, place.position)?;
+    let to_light = light.position - place.position;
     let distance2 = to_light.length_squared();
     let direction = to_light / distance2.sqrt();
-    let cos = direction.dot(point.facing_normal());
     let cos_light = light.normal.dot(direction);
     // Not the complement: none of this must pass if it is not a number.
-    if !(cos > 0.0 && cos_light != 0.0) {
+    if !(place.scattering.cos(direction) > 0.0 && cos_light != 0.0) {
         return None;
     }
     let emitted = world.emitted(&light, direction);
     if emitted == DVec3::ZERO {
         return None;
     }
-    let pdf_area = world.pdf_light_area(choice, number, &light);
+    let pdf_area = probability * world.pdf_emitter_point(emitters, emitter, &light);
     let pdf_light = pdf_area_to_solid_angle(pdf_area, distance2, cos_light);
-    let weight = vertex.light_weight(estimator, pdf_light, direction);
+    let weight = place
+        .scattering
+        .light_weight(estimator, pdf_light, direction);
     Some(Candidate {
         radiance: emitted * (weight / pdf_light),
         direction,
+        style: 0,
         end: End::At(spawn_origin(
             light.position,
             light.facing_normal(),
@@ -228,16 +377,16 @@ fn sample_emitter(
     })
 }
 
-/// Estimate of the light from a uniform direction to a sphere; `pdf_choice` is the probability with
-/// which it was chosen among the lights.
+/// Estimate of the light from a uniform direction to a sphere; `probability` is that of its choice
+/// among the lights.
 fn sample_point_light(
-    point: &SurfacePoint<'_>,
+    place: &Place,
     light: &PointLight,
-    pdf_choice: f64,
+    probability: f64,
     u: [f64; 2],
 ) -> Option<Candidate> {
     let radius = f64::from(light.radius);
-    let to_centre = light.position.as_dvec3() - point.position;
+    let to_centre = light.position.as_dvec3() - place.position;
     let distance = to_centre.length();
     if distance <= radius {
         return None;
@@ -248,33 +397,38 @@ fn sample_point_light(
     });
     let height = sphere_cone_height((radius / distance).powi(2));
     let (direction, h) = sample_sphere_cone(axis, height, u);
-    let cos = direction.dot(point.facing_normal());
-    if !(cos > 0.0 && factor > 0.0) {
+    if !(place.scattering.cos(direction) > 0.0 && factor > 0.0) {
         return None;
     }
-    let pdf_light = pdf_choice * pdf_sphere_cone(height);
+    let pdf_light = probability * pdf_sphere_cone(height);
     let emitted = sphere_radiance(light.intensity.as_dvec3(), radius) * factor;
     Some(Candidate {
         radiance: emitted / pdf_light,
         direction,
-        end: End::At(point.position + direction * sphere_near_distance(distance, radius, h)),
+        style: 0,
+        end: End::At(place.position + direction * sphere_near_distance(distance, radius, h)),
     })
 }
 
-/// Irradiance from a light by a compiler's formula, which was chosen with probability `pdf_choice`.
+/// Irradiance from a light by a compiler's formula, which was chosen with this probability. Fog gets
+/// what a surface gets that faces the light.
 fn compiler_candidate(
-    point: &SurfacePoint<'_>,
+    place: &Place,
     light: &PointLight,
     compiler: &CompilerLight,
-    pdf_choice: f64,
+    probability: f64,
 ) -> Option<Candidate> {
-    let at = point.position;
-    let normal = point.facing_normal();
+    let at = place.position;
+    let normal = match place.scattering {
+        Scattering::Surface(normal, _) => normal,
+        Scattering::Fog(_) => direction_to(light, compiler, at),
+    };
     let sample = eval_compiler_light(light, compiler, at, normal)?;
     Some(Candidate {
         // The irradiance counts the cosine in its own way.
-        radiance: sample.irradiance / (normal.dot(sample.direction) * pdf_choice),
+        radiance: sample.irradiance / (normal.dot(sample.direction) * probability),
         direction: sample.direction,
+        style: 0,
         end: match sample.distance {
             Some(distance) => End::At(at + sample.direction * distance),
             None => End::Sky,
@@ -286,23 +440,26 @@ fn compiler_candidate(
 fn sample_sun(
     world: &World,
     estimator: Estimator,
-    choice: &Choice<'_>,
-    vertex: &Vertex<'_>,
+    place: &Place,
     index: usize,
+    probability: f64,
     u: [f64; 2],
 ) -> Option<Candidate> {
     let sun = &world.scene.sky.suns[index];
     let axis = sun.direction.as_dvec3().normalize();
-    let (direction, _) = sample_sphere_cone(axis, f64::from(sun.one_minus_cos), u);
-    let cos = direction.dot(vertex.point.facing_normal());
-    let pdf_light = world.pdf_sun(choice, index);
-    if !(cos > 0.0 && pdf_light > 0.0) {
+    let height = f64::from(sun.one_minus_cos);
+    let (direction, _) = sample_sphere_cone(axis, height, u);
+    if place.scattering.cos(direction) <= 0.0 {
         return None;
     }
-    let weight = vertex.light_weight(estimator, pdf_light, direction);
+    let pdf_light = probability * pdf_sphere_cone(height);
+    let weight = place
+        .scattering
+        .light_weight(estimator, pdf_light, direction);
     Some(Candidate {
         radiance: sun.radiance.as_dvec3() * (weight / pdf_light),
         direction,
+        style: 0,
         end: End::Sky,
     })
 }

@@ -2,6 +2,7 @@
 
 use crate::bvh::Stack;
 use crate::choice::Choice;
+use crate::lights::Light;
 use crate::part::Sight;
 use crate::passage::{Depth, MAX_PASSAGES, eval_passage};
 use crate::shading::{pdf_sphere_cone, scroll_uv, sky_half, sun_is_seen, texel_index};
@@ -40,7 +41,8 @@ impl World {
                 })
             }
         };
-        shown * sky.scale[sky_half(direction)].as_dvec3()
+        let half = sky_half(direction);
+        shown * sky.scale[half].as_dvec3() + sky.veil[half].as_dvec3()
     }
 
     /// Radiance of all suns in a direction, each times what `weight` says of the density with which
@@ -59,11 +61,8 @@ impl World {
 
     /// Density per steradian with which light sampling chooses a direction to a sun.
     pub fn pdf_sun(&self, choice: &Choice<'_>, sun: usize) -> f64 {
-        let scene = &self.scene;
-        let emitter = scene.emitters.list.len() + scene.lights.len() + sun;
-        let sun = &scene.sky.suns[sun];
-        let power = f64::from(sun.weight) / f64::from(scene.emitters.total_weight);
-        choice.probability(emitter as u32, power) * pdf_sphere_cone(f64::from(sun.one_minus_cos))
+        let height = f64::from(self.scene.sky.suns[sun].one_minus_cos);
+        Light::Sun(sun).probability(self, choice) * pdf_sphere_cone(height)
     }
 
     /// Share of the light that arrives at a ray's origin from the sky, and how many rays were traced
@@ -84,7 +83,8 @@ impl World {
             };
             let point = self.surface_point(&hit);
             if point.material.surface == Surface::Sky {
-                return (surfaces * depth.transmittance(hit.at.t), rays);
+                let clear = self.clear(hit.at.t);
+                return (surfaces * depth.transmittance(hit.at.t) * clear, rays);
             }
             let finish = &point.material.finish;
             if finish.alpha >= 1.0 {

@@ -243,7 +243,7 @@ impl World {
             return DVec3::ZERO;
         }
         let (surfaces, depth) = passed.get();
-        surfaces * depth.transmittance(distance)
+        surfaces * depth.transmittance(distance) * self.clear(distance)
     }
 
     fn info(&self, place: Place) -> &TriangleInfo {

@@ -560,6 +560,10 @@ abi! {
             sky_upper: vec3,
             /// Factor in those that look down.
             sky_lower: vec3,
+            /// Radiance of fog before its upper half.
+            veil_upper: vec3,
+            /// Radiance of fog before its lower half.
+            veil_lower: vec3,
             /// Radiance of a flat sky.
             sky_radiance: vec3,
             /// Texture of the back layer, or the first of a skybox's six.
@@ -568,6 +572,10 @@ abi! {
             sky_front: uint,
             /// Probability with which the table over all emitters chooses, whatever a cell lists.
             cell_fallback: float,
+            /// Share of the light that fog scatters, of what it takes.
+            fog_albedo: vec3,
+            /// Share of light that fog takes, per world unit.
+            fog_extinction: float,
         }
         /// Numbers counted by the shaders, as low and high words.
         Counters {

@@ -16,6 +16,7 @@ pub mod baked;
 pub mod camera;
 pub mod cells;
 pub mod emitter;
+pub mod fog;
 pub mod frame;
 pub mod gloss;
 pub mod import;
@@ -30,6 +31,7 @@ pub use baked::BakedLight;
 pub use camera::Camera;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters, MovingEmitters};
+pub use fog::Fog;
 pub use frame::Frame;
 pub use light::{LightStyle, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
@@ -68,6 +70,8 @@ pub struct Scene {
     pub lights: Vec<PointLight>,
     /// What fills space, where light passes into it.
     pub media: Media,
+    /// Fog in all of space, liquids included.
+    pub fog: Option<Fog>,
     /// The level's own lightmaps, if they light it.
     pub baked: Option<BakedLight>,
     /// Light styles that the film tells apart; empty if it does not. The first one is number 0 with
@@ -100,6 +104,8 @@ pub struct Features {
     pub liquids: bool,
     /// Surfaces exist that light passes straight through, in part: shadow rays ask each.
     pub translucent: bool,
+    /// Fog fills the level.
+    pub fog: bool,
     /// Glossy or metallic surfaces exist.
     pub gloss: bool,
     /// Surfaces have pictures of their normals.
@@ -152,6 +158,11 @@ impl Features {
                 "translucent",
                 "liquids or entities with an alpha below 1: Fresnel reflection, straight passage, \
                  absorption",
+            ),
+            (
+                self.fog,
+                "fog",
+                "fog in the whole level: absorption, and light scattered once on its way",
             ),
             (
                 self.gloss,
@@ -303,6 +314,7 @@ impl Scene {
             fences: any(|m| m.alpha_tested),
             liquids: any(|m| m.warped),
             translucent: any(|m| m.finish.alpha < 1.0),
+            fog: self.fog.is_some(),
             gloss: any(|m| m.finish.gloss.is_some()),
             normal_maps: any(|m| m.finish.normals.is_some()),
             sky: any(|m| m.surface == Surface::Sky),

@@ -118,7 +118,12 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
 /// Decodes one sRGB-encoded byte to a linear value in 0..=1 (IEC 61966-2-1).
 #[must_use]
 pub fn srgb_to_linear(encoded: u8) -> f64 {
-    let c = f64::from(encoded) / 255.0;
+    decode_srgb(f64::from(encoded) / 255.0)
+}
+
+/// Decodes an sRGB-encoded value in 0..=1 to a linear one.
+#[must_use]
+pub fn decode_srgb(c: f64) -> f64 {
     if c <= 0.04045 {
         c / 12.92
     } else {

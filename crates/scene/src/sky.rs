@@ -10,8 +10,8 @@ const LEAST_SHARE: f32 = 1e-3;
 
 /// Radiance seen through sky faces, by direction. A ray that hits nothing is black, not sky.
 ///
-/// In a direction it is the picture's radiance there times [`Sky::scale`], and the radiance of every
-/// sun that is seen there.
+/// In a direction it is the picture's radiance there times [`Sky::scale`] plus [`Sky::veil`], and the
+/// radiance of every sun that is seen there.
 #[derive(Clone, Debug)]
 pub struct Sky {
     /// The picture.
@@ -19,6 +19,9 @@ pub struct Sky {
     /// Factor of the picture, linear RGB: in directions that look up or along the ground
     /// (`z >= 0`), and in those that look down.
     pub scale: [Vec3; 2],
+    /// Radiance of fog before the picture, by the same halves: added to it. 0 without
+    /// [`crate::Scene::fog`].
+    pub veil: [Vec3; 2],
     /// Suns.
     pub suns: Vec<Sun>,
 }
@@ -28,6 +31,7 @@ impl Default for Sky {
         Self {
             kind: SkyKind::None,
             scale: [Vec3::ONE; 2],
+            veil: [Vec3::ZERO; 2],
             suns: Vec::new(),
         }
     }

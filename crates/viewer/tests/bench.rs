@@ -65,6 +65,8 @@ fn bias_of(factor: f32, cache: &Path) -> Bias {
         // The error wanted decides, not the clock.
         reference_seconds: 1e6,
         scene: SceneArgs {
+            fog: None,
+            skyfog: None,
             surfaces: Default::default(),
             at: 0.0,
             lights: Lights::Textures,

@@ -2,6 +2,7 @@
 
 mod boxes;
 mod cameras;
+mod fog;
 mod gloss;
 mod imported;
 mod lamps;
@@ -13,12 +14,13 @@ use glam::{Affine3A, EulerRot, Quat, Vec3};
 use scene::MaterialId;
 use scene::material::srgb_to_linear;
 
-/// All cases, in a fixed order: boxes, cameras, water, gloss, lamps, levels.
+/// All cases, in a fixed order: boxes, cameras, water, fog, gloss, lamps, levels.
 #[must_use]
 pub fn cases() -> Vec<Case> {
     let mut all = boxes::cases();
     all.extend(cameras::cases());
     all.extend(water::cases());
+    all.extend(fog::cases());
     all.extend(gloss::cases());
     all.extend(lamps::cases());
     all.extend(imported::cases());

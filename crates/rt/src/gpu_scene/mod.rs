@@ -231,6 +231,10 @@ impl GpuScene {
             first_sun: (scene.emitters.list.len() + lights.len()) as u32,
             sky_upper: scene.sky.scale[0].to_array(),
             sky_lower: scene.sky.scale[1].to_array(),
+            veil_upper: scene.sky.veil[0].to_array(),
+            veil_lower: scene.sky.veil[1].to_array(),
+            fog_albedo: scene.fog.map_or([0.0; 3], |f| f.albedo.to_array()),
+            fog_extinction: scene.fog.map_or(0.0, |f| f.extinction),
             ..abi::SceneData::zeroed()
         };
         let sky = match scene.sky.kind {

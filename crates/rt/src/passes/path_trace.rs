@@ -97,6 +97,7 @@ impl PathTrace {
             settings.candidates.clamp(1, MOST_CANDIDATES),
             u32::from(settings.sampler == Sampler::Sobol),
             u32::from(features.style_layers),
+            u32::from(features.fog),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

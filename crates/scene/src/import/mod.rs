@@ -15,6 +15,7 @@ mod baked;
 mod cameras;
 mod cells;
 mod emitters;
+mod fog;
 mod geometry;
 mod items;
 mod lights;
@@ -37,6 +38,7 @@ pub mod weld;
 mod world;
 
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
+pub use fog::{FogKeys, MAX_FOG_DENSITY, SKY_FOG};
 pub use lights::{
     CompilerLights, IRRADIANCE_PER_VALUE, LIGHT_RADIUS, LeastLight, MIN_LIGHT_RADIUS, SUN_SAMPLES,
     WorldKeys, color_of, least_color,
@@ -149,6 +151,10 @@ pub struct ImportOptions {
     pub materials: rules::Rules,
     /// Whether pictures in `textures/` replace those of the level.
     pub replacements: bool,
+    /// Fog in place of the level's, in [`Lighting::Physical`]; `None` is the level's.
+    pub fog: Option<FogKeys>,
+    /// Share of the sky that is fogged, 0 to 1, in place of the level's.
+    pub sky_fog: Option<f32>,
     /// Limits for files that the import reads itself.
     pub limits: bsp::Limits,
 }
@@ -169,6 +175,8 @@ impl Default for ImportOptions {
             skill: 1,
             materials: rules::Rules::default(),
             replacements: true,
+            fog: None,
+            sky_fog: None,
             limits: bsp::Limits::default(),
         }
     }

@@ -5,11 +5,11 @@
 //! the sky and each channel by itself. It is never darkened, and a picture too dark for that makes
 //! way for a plain sky.
 
-use super::Files;
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
 use super::surfaces::{FaceSurface, MaterialSet};
+use super::{Files, fog};
 use crate::material::{Finish, Material, Surface, Texture, TextureId, luminance, srgb_to_linear};
 use crate::sky::{BOX_SIDES, Sky, SkyKind, box_texel, box_uv};
 use bsp::Limits;
@@ -43,6 +43,10 @@ pub fn surface(
         None => {
             set.sky_name = Some(name.to_owned());
             set.sky = sky(picture, name, set, notes);
+            if let Some((fog, share)) = set.fog {
+                let mean = mean_radiance(set);
+                fog::veil(&mut set.sky, mean, fog, share);
+            }
         }
         Some(first) if first != name => notes.add("second sky", || {
             format!("sky texture {name:?} shows the sky of {first:?}: a level has one sky")
@@ -55,8 +59,8 @@ pub fn surface(
         SkyKind::Flat(_) | SkyKind::None => set.add_texture(picture::checkerboard(name)),
     };
     // Most sky faces are above: they are seen by its upper half, but the lower one may be brighter.
-    let [upper, lower] = mean_radiance(set);
-    let [upper, lower] = [set.sky.scale[0] * upper, set.sky.scale[1] * lower];
+    let mean = mean_radiance(set);
+    let [upper, lower] = [0, 1].map(|half| set.sky.scale[half] * mean[half] + set.sky.veil[half]);
     let material = Material {
         name: name.to_owned(),
         surface: Surface::Sky,
@@ -237,7 +241,7 @@ fn sky(picture: Option<Indexed<'_>>, name: &str, set: &mut MaterialSet, notes: &
         return Sky {
             kind: SkyKind::Flat(Vec3::ONE),
             scale: domes,
-            suns: Vec::new(),
+            ..Sky::default()
         };
     }
     let [back, front] = [back, front].map(|t| set.add_texture(t));
@@ -254,6 +258,6 @@ fn scaled(kind: SkyKind, mean: [Vec3; 2], domes: [Vec3; 2]) -> Sky {
     Sky {
         kind,
         scale: [scale(0), scale(1)],
-        suns: Vec::new(),
+        ..Sky::default()
     }
 }

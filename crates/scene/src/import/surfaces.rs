@@ -8,6 +8,7 @@ use super::rules::{Kind, Rule};
 use super::sky;
 use super::translucent::{self, GLASS_ALPHA, LiquidAlphas};
 use super::{ImportOptions, LightMode, Lighting};
+use crate::Fog;
 use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 use crate::sky::Sky;
 use bsp::Bsp;
@@ -34,6 +35,8 @@ pub struct MaterialSet {
     pub sky: Sky,
     /// Radiance that the level asks of the upper and the lower half of the sky; 0 where it does not.
     pub domes: [Vec3; 2],
+    /// The level's fog, and the share of the sky that is fogged.
+    pub fog: Option<(Fog, f32)>,
     /// The pictures of the level's skybox, until the sky is made of them.
     pub skybox: Option<Vec<Texture>>,
     /// Texels that emit, over all emission pictures.
@@ -59,6 +62,7 @@ impl MaterialSet {
             textures: Vec::new(),
             sky: Sky::default(),
             domes,
+            fog: None,
             skybox: None,
             emissive_texels: 0,
             fills: BTreeMap::new(),

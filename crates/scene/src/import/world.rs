@@ -12,7 +12,7 @@ use super::suns::SkyLight;
 use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
-use super::{cameras, cells, emitters, items, lights, poses, seal, sky, suns, trees};
+use super::{cameras, cells, emitters, fog, items, lights, poses, seal, sky, suns, trees};
 use crate::emitter::{Emitter, Emitters, MovingEmitters};
 use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
@@ -84,6 +84,12 @@ impl<'a> World<'a> {
             _ => SkyLight::default(),
         };
         let mut set = MaterialSet::new(sky_light.domes, LiquidAlphas::of(level.entities.first()));
+        // Lightmaps and the textures know of no fog, and pictures of them are to be compared.
+        if options.lighting == Lighting::Physical {
+            let (keys, share) = fog::of_level(level.entities.first(), &mut notes);
+            let medium = options.fog.unwrap_or(keys).medium();
+            set.fog = medium.map(|fog| (fog, options.sky_fog.unwrap_or(share)));
+        }
         set.skybox = (level.entities.first())
             .and_then(|world| world.get_any(&["sky", "skyname", "qlsky"]))
             .filter(|name| !name.is_empty())
@@ -443,6 +449,7 @@ impl<'a> World<'a> {
             cells,
             lights,
             media,
+            fog: self.set.fog.map(|(fog, _)| fog),
             baked: (self.baked).map(|b| b.light(self.meshes.iter().zip(self.files_of_meshes))),
             meshes: self.meshes,
             instances: self.instances,
@@ -500,12 +507,6 @@ impl<'a> World<'a> {
             return;
         };
         let notes = &mut self.notes;
-        if world
-            .float_loose("fog")
-            .is_some_and(|density| density > 0.0)
-        {
-            notes.add("fog", || "fog is not modelled".to_owned());
-        }
         if ["light", "minlight"]
             .iter()
             .any(|key| world.float_loose(key).is_some_and(|v| v > 0.0))

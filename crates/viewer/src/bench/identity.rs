@@ -20,8 +20,8 @@ use scene::light::{CompilerLight, Falloff, Spot};
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
-    Emitters, Finish, Instance, LightStyle, Material, Mesh, PointLight, PoseBlend, Scene, SeenBy,
-    Surface, Texture, TextureId, Triangle,
+    Emitters, Finish, Fog, Instance, LightStyle, Material, Mesh, PointLight, PoseBlend, Scene,
+    SeenBy, Surface, Texture, TextureId, Triangle,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -84,6 +84,7 @@ pub fn level_hash(scene: &Scene) -> String {
         emitters,
         lights,
         media,
+        fog,
         baked,
         styles,
         sky,
@@ -163,6 +164,11 @@ pub fn level_hash(scene: &Scene) -> String {
         for child in children {
             h.int((*child).into());
         }
+    }
+    if let Some(Fog { extinction, albedo }) = fog {
+        h.text("fog").floats([*extinction]);
+        h.floats(albedo.to_array());
+        h.floats(sky.veil.into_iter().flat_map(|v| v.to_array()));
     }
     h.floats(sky.scale.into_iter().flat_map(|s| s.to_array()));
     h.int(sky.suns.len() as u64);
@@ -391,6 +397,8 @@ mod tests {
             lights: crate::cli::Lights::Auto,
             threshold: 0.5,
             emission_scale: 4.0,
+            fog: None,
+            skyfog: None,
             surfaces: Default::default(),
         };
         let of = |s: &Settings| settings_hash(s, &args);

@@ -243,13 +243,25 @@ mod tests {
     }
 
     #[test]
-    fn options_of_later_features_are_not_there() {
-        for option in ["--denoise=svgf", "--fog=0.1"] {
-            assert_eq!(
-                fails(&["render", option]).kind(),
-                ErrorKind::UnknownArgument
-            );
+    fn fog_is_written_as_in_worldspawn() {
+        let fog = |text: &str| render(&[&format!("--fog={text}")]).scene.fog.unwrap();
+        assert_eq!(fog("off"), scene::import::FogKeys::OFF);
+        let keys = fog("0.05 0.1 0.2 0.4");
+        assert_eq!((keys.density, keys.color), (0.05, [0.1, 0.2, 0.4]));
+        assert_eq!(fog("1").color, [0.3; 3]);
+        for wrong in ["", "on", "-1", "nan", "0.1 2 0 0", "0.1 0 0 0 0", "1e9"] {
+            let error = fails(&["render", &format!("--fog={wrong}")]);
+            assert!(error.to_string().contains("fog is a density"), "{error}");
         }
+        assert_eq!(render(&["--skyfog=0.25"]).scene.skyfog, Some(0.25));
+    }
+
+    #[test]
+    fn options_of_later_features_are_not_there() {
+        assert_eq!(
+            fails(&["render", "--denoise=svgf"]).kind(),
+            ErrorKind::UnknownArgument
+        );
         for command in ["view"] {
             assert_eq!(fails(&[command]).kind(), ErrorKind::InvalidSubcommand);
         }

@@ -3,8 +3,8 @@
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use scene::camera::DEFAULT_FOV_DEG;
-use scene::import::Lighting;
 use scene::import::rules::Rules;
+use scene::import::{FogKeys, Lighting, MAX_FOG_DENSITY};
 use scene::render::{Estimator, Sampler, Selection};
 use scene::{Camera, Scene};
 use std::io::Read as _;
@@ -116,6 +116,13 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X", default_value_t = 4.0, help_heading = "Light")]
     #[arg(value_parser = number(0.0, 1e6))]
     pub emission_scale: f64,
+    /// Fog in place of the level's: "DENSITY R G B" as in worldspawn's key, the colour 0 to 1 and 0.3
+    /// where it is missing, or `off`
+    #[arg(long, value_name = "FOG", help_heading = "Light", value_parser = parse_fog)]
+    pub fog: Option<FogKeys>,
+    /// Share of the sky that the fog veils, 0 to 1 [default: the level's, 0.5]
+    #[arg(long, value_name = "X", help_heading = "Light", value_parser = number(0.0, 1.0))]
+    pub skyfog: Option<f64>,
     /// What surfaces are made of.
     #[command(flatten)]
     pub surfaces: SurfaceArgs,
@@ -174,6 +181,8 @@ impl SceneArgs {
             threshold: self.threshold as f32,
             emission_scale: self.emission_scale as f32,
             lights: self.lights.into(),
+            fog: self.fog,
+            sky_fog: self.skyfog.map(|share| share as f32),
             ..Default::default()
         })
     }
@@ -349,6 +358,20 @@ pub(super) fn parse_camera(text: &str) -> Result<CameraChoice, String> {
                   camera of the level"
                 .to_owned(),
         ),
+    }
+}
+
+pub(super) fn parse_fog(text: &str) -> Result<FogKeys, String> {
+    let words = text.split_ascii_whitespace();
+    match FogKeys::read(text) {
+        _ if text.trim() == "off" => Ok(FogKeys::OFF),
+        (keys, None) if words.clone().all(|w| w.parse::<f32>().is_ok()) && words.count() <= 4 => {
+            Ok(keys)
+        }
+        _ => Err(format!(
+            "fog is a density from 0 to {MAX_FOG_DENSITY}, with three colours from 0 to 1 or \
+             without, as \"0.05 0.4 0.4 0.5\"; or off"
+        )),
     }
 }
 

@@ -233,6 +233,7 @@ fn notes(
             Note::Float(args.scene.emission_scale as f32),
         ),
         ("styles", Note::Text(styles(film))),
+        ("fog", Note::Text(fog(scene))),
         (
             "materials",
             Note::Text(args.scene.surfaces.materials.join(" ")),
@@ -244,6 +245,14 @@ fn notes(
         ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
         ("escaped", Note::Int(film.counters.escaped as i64)),
     ]
+}
+
+/// Extinction per unit and albedo of the fog; empty without.
+fn fog(scene: &Scene) -> String {
+    scene.fog.map_or(String::new(), |f| {
+        let [r, g, b] = f.albedo.to_array();
+        format!("{} {r} {g} {b}", f.extinction)
+    })
 }
 
 /// The brightness of each light style that has a layer, as `0 1, 10 0.9`.
@@ -294,6 +303,10 @@ impl Report<'_> {
             "candidates": self.settings.candidates,
             "sampler": self.settings.sampler.name(),
             "seed": self.settings.seed,
+            "fog": self.scene.fog.map(|f| json!({
+                "extinction": f.extinction,
+                "albedo": f.albedo.to_array(),
+            })),
             "triangles": self.scene.triangle_count(),
             "emitters": self.scene.emitters.list.len() + self.scene.lights.len(),
             "seconds": { "load": load, "build": build, "render": render, "write": write },

@@ -103,7 +103,16 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         "warnings": scene.report.warnings,
     });
     Ok(match told {
-        Value::Object(map) => map,
+        Value::Object(mut map) => {
+            if let Some(fog) = &scene.fog {
+                let fog = json!({
+                    "half_distance": fog.half_distance(),
+                    "albedo": fog.albedo.to_array(),
+                });
+                map.insert("fog".into(), fog);
+            }
+            map
+        }
         _ => Map::new(),
     })
 }

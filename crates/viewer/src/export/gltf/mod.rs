@@ -274,9 +274,9 @@ fn strong(strength: f32) -> Value {
 
 /// Mean radiance of the sky's texture.
 fn mean_sky(scene: &Scene) -> Vec3 {
-    match scene.sky.kind {
+    let picture = match scene.sky.kind {
         SkyKind::None => Vec3::ZERO,
-        SkyKind::Flat(radiance) => radiance * scene.sky.scale[0],
+        SkyKind::Flat(radiance) => radiance,
         SkyKind::Box(first) => {
             let sides = (scene.textures.iter())
                 .skip(first.0 as usize)
@@ -285,7 +285,7 @@ fn mean_sky(scene: &Scene) -> Vec3 {
             let sum: DVec3 = texels()
                 .map(|&[r, g, b, _]| DVec3::from([r, g, b].map(scene::material::srgb_to_linear)))
                 .sum();
-            (sum / texels().count().max(1) as f64).as_vec3() * scene.sky.scale[0]
+            (sum / texels().count().max(1) as f64).as_vec3()
         }
         SkyKind::Scrolling { back, front } => {
             let [back, front] = [back, front].map(|id| &scene.textures[id.0 as usize].rgba);
@@ -299,9 +299,10 @@ fn mean_sky(scene: &Scene) -> Vec3 {
                     DVec3::new(r, g, b)
                 })
                 .sum();
-            (sum / front.len().max(1) as f64).as_vec3() * scene.sky.scale[0]
+            (sum / front.len().max(1) as f64).as_vec3()
         }
-    }
+    };
+    picture * scene.sky.scale[0] + scene.sky.veil[0]
 }
 
 /// An instance's mesh with one primitive per material, in its pose and skin; `None` if it has no
@@ -449,6 +450,7 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
             "see-through surfaces",
             "light passes through them without being mirrored, tinted or absorbed",
         ),
+        (features.fog, "fog", "there is no fog"),
         (
             one_sided,
             "emission",

@@ -78,6 +78,13 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
             visible: true,
         });
     }
+    if scene.features.fog {
+        reasons.push(Reason {
+            what: "fog",
+            why: "there is no fog: Mitsuba would scatter light in it more than once".into(),
+            visible: true,
+        });
+    }
     if emitters > 0 && total_weight <= 0.0 {
         document.dark_point();
     }
@@ -145,7 +152,7 @@ fn look(
             let emitter = match (scene.sky.kind, &shapes.sky_frame) {
                 (SkyKind::Flat(radiance), _) if !sky::has_directions(&scene.sky) => {
                     Some(Emitter::Area {
-                        radiance: (radiance * scene.sky.scale[0]).to_array(),
+                        radiance: (radiance * scene.sky.scale[0] + scene.sky.veil[0]).to_array(),
                         weight: 0.0,
                     })
                 }

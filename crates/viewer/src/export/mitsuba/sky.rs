@@ -74,6 +74,7 @@ impl Frame {
 struct Lookup<'a> {
     picture: Picture<'a>,
     scale: [DVec3; 2],
+    veil: [DVec3; 2],
     suns: &'a [Sun],
 }
 
@@ -136,6 +137,7 @@ impl<'a> Lookup<'a> {
                 },
             },
             scale: scene.sky.scale.map(|s| s.as_dvec3()),
+            veil: scene.sky.veil.map(|v| v.as_dvec3()),
             suns: &scene.sky.suns,
         })
     }
@@ -160,7 +162,8 @@ impl<'a> Lookup<'a> {
                 off <= 2.0 * f64::from(s.one_minus_cos)
             })
             .map(|s| s.radiance.as_dvec3());
-        shown * self.scale[usize::from(direction.z < 0.0)] + suns.sum::<DVec3>()
+        let half = usize::from(direction.z < 0.0);
+        shown * self.scale[half] + self.veil[half] + suns.sum::<DVec3>()
     }
 }
 
@@ -169,7 +172,9 @@ impl<'a> Lookup<'a> {
 pub fn has_directions(sky: &Sky) -> bool {
     match sky.kind {
         SkyKind::None => false,
-        SkyKind::Flat(_) => sky.scale[0] != sky.scale[1] || !sky.suns.is_empty(),
+        SkyKind::Flat(_) => {
+            sky.scale[0] != sky.scale[1] || sky.veil[0] != sky.veil[1] || !sky.suns.is_empty()
+        }
         SkyKind::Scrolling { .. } | SkyKind::Box(_) => true,
     }
 }

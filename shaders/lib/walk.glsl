@@ -1,0 +1,147 @@
+// The parts of the loop in path_trace.rgen: what a path is on its way, and the light it gathers. Needs all
+// other files, and what path_trace.rgen says before its loop.
+
+// A path on its way.
+struct Walk {
+    vec3 origin;      // where the ray began
+    vec3 direction;
+    float pdf;        // density of the direction
+    uint cell;        // of the origin, as the choice among lights sees space
+    bool has_sampled; // lights were sampled there
+    uint vertex;      // that the ray leads to
+    vec3 throughput;
+    Medium medium;    // along the ray
+    float t_min;      // where the ray goes on after the last interface it passed
+    uint passages;    // since the vertex before
+    uint decisions;   // taken at interfaces so far
+    uint stretches;   // of rays so far, in fog
+    bool scattered;   // in fog, which happens once at most
+};
+
+Walk walk_from_eye(vec3 origin, vec3 direction) {
+    return Walk(origin, direction, 0.0, 0u, false, 1u, vec3(1.0), medium_at_eye(), 0.0, 0u, 0u, 0u, false);
+}
+
+// A new ray begins.
+void begin_ray(inout Walk walk, vec3 origin, bool has_sampled) {
+    walk.origin = origin;
+    walk.has_sampled = has_sampled;
+    if (HAS_TRANSLUCENT) {
+        restart(walk.medium);
+        walk.t_min = 0.0;
+        walk.passages = 0u;
+    }
+}
+
+// Russian roulette, where the depth is unlimited.
+bool survives(inout Walk walk, float u) {
+    if (params.depth != 0u || walk.vertex < ROULETTE_START) return true;
+    const float survival = min(max_component(walk.throughput), ROULETTE_MAX_SURVIVAL);
+    if (u >= survival) return false;
+    walk.throughput /= survival;
+    return true;
+}
+
+// Light that ends a path with this many reflections goes to its layer, or all to the first one:
+// what is not asked for need not be kept alive while rays are traced.
+void add_radiance(inout PathSample path, uint reflections, vec3 radiance) {
+    if (!ALL_LAYERS || reflections == 0u) path.emission += radiance;
+    else if (reflections == 1u) path.direct += radiance;
+    else path.indirect += radiance;
+}
+
+// Light that was sampled goes to the plane of its light style, too.
+void add_sampled(inout PathSample path, uint reflections, ChosenLight light, vec3 radiance) {
+    if (STYLE_LAYERS && light.number != NO_EMITTER) {
+        const StyleOfLight style = params.scene.at[0].light_styles.at[light.number];
+        if (style.plane > 0u && is_finite(radiance)) {
+            film_add_style(style.plane, pixel, pixels, radiance);
+        }
+        radiance *= style.brightness;
+    }
+    add_radiance(path, reflections, radiance);
+}
+
+// Adds a light that was sampled, as far as it arrives at `from`. Keeps `hit`.
+void add_light(inout PathSample path, uint reflections, ChosenLight light, vec3 from, Medium medium) {
+    if (!(max_component(abs(light.gain)) > 0.0)) return;
+    vec3 arrives;
+    if ((HAS_SUNS || HAS_COMPILER_LIGHTS) && light.sun) {
+        const HitPayload here = hit;
+        arrives = sky_visibility(from, light.wi, medium);
+        hit = here;
+    } else {
+        arrives = visibility(from, light.wi, light.t_max, medium);
+    }
+    if (max_component(arrives) > 0.0) add_sampled(path, reflections, light, light.gain * arrives);
+}
+
+// Emission that a ray found at a distance, weighted against sampling it.
+vec3 light_found(Walk walk, Surface s, vec3 n, float t, bool front, bool sky) {
+    const bool shows = front || (s.flags & MATERIAL_TWO_SIDED) != 0u;
+    const vec3 emission = sky ? sky_radiance(walk.direction) : shows ? s.emission : vec3(0.0);
+    float weight = 1.0;
+    if (ESTIMATOR == ESTIMATOR_NEE && walk.has_sampled) weight = 0.0;
+    if (ESTIMATOR == ESTIMATOR_MIS && walk.has_sampled) {
+        const float pdf = pdf_light(walk.cell, walk.origin, s, t * t, dot(n, -walk.direction));
+        weight = mis_weight(walk.pdf, pdf);
+    }
+    vec3 found = emission * weight;
+    if (HAS_SUNS && sky) {
+        found += suns_found(walk.direction, walk.has_sampled, walk.cell, walk.origin, walk.pdf);
+    }
+    return found;
+}
+
+void keep_first_hit(inout PathSample path, Walk walk, Surface s, vec3 n, float t) {
+    if (!ALL_LAYERS || walk.vertex > 1u) return;
+    path.albedo = s.albedo;
+    path.normal = n;
+    path.position = s.position;
+    path.depth = t * dot(walk.direction, params.forward);
+    path.id = s.face + 1u;
+}
+
+// Adds lights that shine into fog along the ray up to distance t, for one path in `often`.
+void add_airlight(inout PathSample path, Walk walk, float t, float often, uint index) {
+    const vec3 from = walk.origin + walk.t_min * walk.direction;
+    ChosenLight light = choose_airlight(from, walk.direction, t - walk.t_min, walk.throughput / often, pixel,
+                                        index, DIMENSION_AIRLIGHT + DIMENSIONS_PER_AIRLIGHT * walk.stretches);
+    Medium medium = walk.medium;
+    if (HAS_TRANSLUCENT) {
+        light.gain *= transmittance(medium, walk.t_min + light.along);
+        restart(medium);
+    }
+    add_light(path, walk.vertex, light, from + light.along * walk.direction, medium);
+}
+
+// What fog does on the way to distance t, of which it leaves the share `clear`.
+const uint FOG_NOTHING = 0u;  // of paths that it may scatter as many come through as it leaves of the light
+const uint FOG_ABSORBS = 1u;  // it takes light alone
+const uint FOG_SCATTERS = 2u; // a new ray has begun
+const uint FOG_ENDS = 3u;
+
+uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint index) {
+    if (walk.scattered || walk.vertex == params.depth) return FOG_ABSORBS;
+    const float u = random4(pixel, index, DIMENSION_FREE_PATH + walk.stretches, params.seed).x;
+    const float d = walk.t_min + minus_log_rest(u) / params.scene.at[0].fog_extinction;
+    // Always on the camera's ray, else as often as the path is scattered.
+    const bool first = walk.vertex == 1u;
+    if (SAMPLES_LIGHTS && params.scene.at[0].entry_count > 0u && (first || d < t)) {
+        add_airlight(path, walk, t, first ? 1.0 : 1.0 - clear, index);
+    }
+    ++walk.stretches;
+    if (!(d < t)) return FOG_NOTHING;
+    walk.throughput *= params.scene.at[0].fog_albedo;
+    if (HAS_TRANSLUCENT) walk.throughput *= transmittance(walk.medium, d);
+    const uint dimension = DIMENSIONS_PER_VERTEX * walk.vertex + DIMENSION_BSDF;
+    const vec4 next = random4(pixel, index, dimension, params.seed);
+    if (max_component(walk.throughput) <= 0.0 || !survives(walk, next.z)) return FOG_ENDS;
+    begin_ray(walk, walk.origin + d * walk.direction, SAMPLES_LIGHTS);
+    if (SAMPLES_LIGHTS) walk.cell = cell_at(walk.origin);
+    walk.direction = sample_sphere(next.xy);
+    walk.pdf = PHASE;
+    walk.scattered = true;
+    ++walk.vertex;
+    return FOG_SCATTERS;
+}
