@@ -101,9 +101,25 @@ const uint PLANES_ALL = 9u;
 // Hit payload: no triangle was hit.
 const uint MISS = 4294967295u;
 // Custom index of an instance: bits of its number.
-const uint INSTANCE_INDEX = 8388607u;
+const uint INSTANCE_INDEX = 2097151u;
+// Custom index of an instance, flag: only the camera sees it.
+const uint INSTANCE_APART = 2097152u;
+// Custom index of an instance, flag: its corners are those of a pose.
+const uint INSTANCE_POSED = 4194304u;
 // Custom index of an instance, flag: its transform is not the identity.
 const uint INSTANCE_PLACED = 8388608u;
+// Mask of what rays from the camera meet.
+const uint MASK_CAMERA = 1u;
+// Mask of what rays from surfaces meet.
+const uint MASK_OTHERS = 2u;
+// Mask of what rays from surfaces meet that only the camera sees.
+const uint MASK_APART = 4u;
+// Mask of what all rays meet.
+const uint MASK_ALL = 7u;
+// Skin of an instance that shows its mesh's own materials.
+const uint NO_SKIN = 4294967295u;
+// Instance of a moving light that is a sphere, and of lights that do not move.
+const uint NO_INSTANCE = 4294967295u;
 // Hit payload, flag beside the custom index: the triangle was seen from the front.
 const uint HIT_FRONT = 2147483648u;
 // Kind of a logged ray: end of the pixel's list.
@@ -115,6 +131,9 @@ const uint RAY_SHADOW = 2u;
 
 layout(buffer_reference) buffer TriangleRef;
 layout(buffer_reference) buffer InstanceRef;
+layout(buffer_reference) buffer FigureRef;
+layout(buffer_reference) buffer CornerRef;
+layout(buffer_reference) buffer MovingLightRef;
 layout(buffer_reference) buffer MaterialRef;
 layout(buffer_reference) buffer FinishRef;
 layout(buffer_reference) buffer EmitterRef;
@@ -175,6 +194,38 @@ struct Instance {
     uint alpha_base;
     // Added to a triangle's index, where its number among the sources stands.
     uint source_offset;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uint padding;
+};
+
+// What an instance has besides its place.
+struct Figure {
+    // Material that stands for those of its mesh, or NO_SKIN.
+    uint skin;
+    // Added to a triangle's index, a third of where its corners stand.
+    uint posed;
+    // Probability with which light sampling chooses it, of instances that move.
+    float probability;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uint padding;
+};
+
+// What emits and moves: a sphere, or an instance.
+struct MovingLight {
+    // Custom index of the instance; NO_INSTANCE of a sphere.
+    uint instance;
+    // Number of its mesh's first emitter, or of the sphere.
+    uint first;
+    // Emitters of its mesh.
+    uint count;
+    // Where the alias table over these begins.
+    uint alias;
+    // Probability with which light sampling chooses it.
+    float probability;
+    // Alias table over all that moves: probability to keep this entry.
+    float keep;
+    // The entry to take otherwise.
+    uint other;
     // Unused, keeps the size a multiple of 16 bytes.
     uint padding;
 };
@@ -393,6 +444,16 @@ struct SceneData {
     TriangleRef triangles;
     // Instances.
     InstanceRef instances;
+    // What they have besides their place.
+    FigureRef figures;
+    // Corners of triangles in poses.
+    CornerRef posed_corners;
+    // What emits and moves.
+    MovingLightRef moving_lights;
+    // Spheres among it.
+    LightRef moving_spheres;
+    // Triangles of the sources, as numbers among all.
+    NumberRef source_indices;
     // Materials.
     MaterialRef materials;
     // Finishes.
@@ -463,6 +524,14 @@ struct SceneData {
     vec3 fog_albedo;
     // Share of light that fog takes, per world unit.
     float fog_extinction;
+    // Probability with which something that moves is chosen instead of the scene's own lights.
+    float moving_share;
+    // Number of what emits and moves.
+    uint moving_count;
+    // Triangles with grids of baked light.
+    uint baked_count;
+    // Unused, keeps the size a multiple of 8 bytes.
+    uint padding;
 };
 
 // Numbers counted by the shaders, as low and high words.
@@ -547,6 +616,21 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer In
     Instance at[];
 };
 
+// Figures, by custom index.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer FigureRef {
+    Figure at[];
+};
+
+// Corners of triangles in poses, local space.
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CornerRef {
+    vec3 at[];
+};
+
+// Lights that move.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer MovingLightRef {
+    MovingLight at[];
+};
+
 // Materials, by material id.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer MaterialRef {
     Material at[];
@@ -557,7 +641,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Fi
     Finish at[];
 };
 
-// Emitters.
+// Emitters: those of the scene, then those of each mesh that moves.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer EmitterRef {
     Emitter at[];
 };

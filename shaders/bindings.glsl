@@ -28,3 +28,7 @@ layout(constant_id = 16) const uint CANDIDATES = 1u;
 layout(constant_id = 17) const bool SOBOL = false;
 layout(constant_id = 18) const bool STYLE_LAYERS = false;
 layout(constant_id = 19) const bool HAS_FOG = false;
+layout(constant_id = 20) const bool HAS_POSES = true;
+layout(constant_id = 21) const bool HAS_SKINS = true;
+layout(constant_id = 22) const bool HAS_MASKS = true;
+layout(constant_id = 23) const bool HAS_FRAMES = true;

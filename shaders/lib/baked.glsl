@@ -6,6 +6,8 @@ vec3 baked_sample(BakedTriangle grid, uvec2 at) {
 
 // Light at a point of a triangle: bilinear between the samples, constant beyond them.
 vec3 baked_light(uint triangle_index, vec2 b) {
+    // Loose triangles have none.
+    if (HAS_FRAMES && triangle_index >= params.scene.at[0].baked_count) return vec3(1.0);
     const BakedTriangle grid = params.scene.at[0].baked.at[triangle_index];
     const vec2 last = vec2(grid.width, grid.height) - 1.0;
     const vec2 uv = grid.uv0 * (1.0 - b.x - b.y) + grid.uv1 * b.x + grid.uv2 * b.y;

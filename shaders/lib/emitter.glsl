@@ -85,10 +85,18 @@ vec2 sample_texels(EmissionMap map, uvec4 r, vec2 u, out float part) {
     return vec2(float(low) + (float(target - before) + 0.5) / float(texel), float(y) + v);
 }
 
+// A triangle that emits, world space: of the scene's own emitters, or of those of an instance that moves.
+Triangle source_triangle(uint source, uint instance_word) {
+    if (HAS_FRAMES && instance_word != NO_INSTANCE) {
+        return triangle_in_world(instance_word, params.scene.at[0].source_indices.at[source]);
+    }
+    return params.scene.at[0].source_triangles.at[source];
+}
+
 // A point of an emitter: the triangle it lies on, in world space, and where. The density is per area;
 // 0 if the texel chosen lies on none of its triangles.
-float sample_emitter_point(Emitter emitter, vec2 u, out Triangle t, out vec2 b) {
-    t = params.scene.at[0].source_triangles.at[emitter.first_source];
+float sample_emitter_point(Emitter emitter, uint instance_word, vec2 u, out Triangle t, out vec2 b) {
+    t = source_triangle(emitter.first_source, instance_word);
     if (emitter.map == NO_MAP) {
         const float n = float(emitter.rectangle.x);
         b = sample_triangle(u);
@@ -107,6 +115,6 @@ float sample_emitter_point(Emitter emitter, vec2 u, out Triangle t, out vec2 b) 
             return part * abs(doubled) / length(cross(t.p1 - t.p0, t.p2 - t.p0));
         }
         if (++i == emitter.sources) return 0.0;
-        t = params.scene.at[0].source_triangles.at[emitter.first_source + i];
+        t = source_triangle(emitter.first_source + i, instance_word);
     }
 }

@@ -57,11 +57,17 @@ Target target_at(vec3 point, float least, vec3 from, vec3 direction, float end) 
 }
 
 // Where a light is, by its number among all; of an emitter the point that u chooses on it.
-Target target_of(uint chosen, vec2 u, vec3 from, vec3 direction, float end) {
-    if (chosen < params.scene.at[0].emitter_count) {
+Target target_of(Entry entry, vec2 u, vec3 from, vec3 direction, float end) {
+    const uint chosen = entry.number;
+    if (is_sphere_that_moves(entry)) {
+        const Light sphere = params.scene.at[0].moving_spheres.at[chosen & ~MOVING_SPHERE];
+        return target_at(sphere.position, max(sphere.radius, NEAREST_TARGET), from, direction, end);
+    }
+    const bool of_instance = HAS_FRAMES && entry.instance != NO_INSTANCE;
+    if (of_instance || chosen < params.scene.at[0].emitter_count) {
         Triangle t;
         vec2 b;
-        sample_emitter_point(params.scene.at[0].emitters.at[chosen], u, t, b);
+        sample_emitter_point(params.scene.at[0].emitters.at[chosen], entry.instance, u, t, b);
         const vec3 point = t.p0 * (1.0 - b.x - b.y) + t.p1 * b.x + t.p2 * b.y;
         return target_at(point, NEAREST_TARGET, from, direction, end);
     }
@@ -104,22 +110,22 @@ ChosenLight choose_airlight(vec3 from, vec3 direction, float end, vec3 throughpu
         float d = sample_free_path(end, v.y);
         vec3 at = towards ? middle : from + d * direction;
         uint cell = towards ? middle_cell : cell_at(at);
-        float unused;
-        const uint chosen = choose_entry(cell, at, u.xy, unused);
-        if (chosen == NO_EMITTER) continue;
-        const Target target = target_of(chosen, u.zw, from, direction, end);
+        Entry entry = choose_entry(cell, at, u.xy);
+        if (entry.number == NO_EMITTER) continue;
+        const Target target = target_of(entry, u.zw, from, direction, end);
         if (towards && target.angle > 0.0) d = sample_equiangular(target, end, v.y);
         at = from + d * direction;
         cell = cell_at(at);
-        const float power = power_of(chosen);
-        const float probability = choice_probability(cell, at, chosen, power);
+        const float in_middle = probability_of(entry, middle_cell, middle);
+        const float probability = probability_of(entry, cell, at);
         if (!(probability > 0.0)) continue;
-        const LightSample light = sample_entry(chosen, probability, cell, at, u.zw);
+        entry.probability = probability;
+        const LightSample light = sample_entry(entry, cell, at, u.zw);
         if (!(max_component(abs(light.emission)) > 0.0)) continue;
         const float pdf_free = pdf_free_path(end, d);
         const float pdf_towards = target.angle > 0.0 ? pdf_equiangular(target, d) : pdf_free;
         const float pdf = 0.5 * (probability * pdf_free
-            + choice_probability(middle_cell, middle, chosen, power) * pdf_towards);
+            + in_middle * pdf_towards);
         const float other = ESTIMATOR == ESTIMATOR_MIS && light.hittable ? PHASE : 0.0;
         // The light's own density has the probability of its choice here, in place of that of both ways.
         const float weight = mis_weight(light.pdf, other) / light.pdf * (probability / pdf);

@@ -44,9 +44,17 @@ float list_probability(Cell cell, uint emitter) {
     return 0.0;
 }
 
-// Probability with which sample_light chooses an emitter at a point in a cell; `power` is that of the
-// table over all emitters.
-float choice_probability(uint cell_index, vec3 from, uint emitter, float power) {
+// Whether there is anything to choose from.
+bool has_lights() {
+    return params.scene.at[0].entry_count > 0u
+        || HAS_FRAMES && params.scene.at[0].moving_share > 0.0;
+}
+
+// Probability with which one of the scene's own lights is chosen, and not one that moves.
+float own_share() { return HAS_FRAMES ? 1.0 - params.scene.at[0].moving_share : 1.0; }
+
+// Probability with which an emitter is chosen among the scene's own at a point in a cell.
+float probability_among_own(uint cell_index, vec3 from, uint emitter, float power) {
     if (SELECTION == SELECTION_TREE) return tree_probability(from, emitter);
     if (SELECTION == SELECTION_UNIFORM) return 1.0 / float(params.scene.at[0].entry_count);
     if (SELECTION != SELECTION_LEAF) return power;
@@ -55,7 +63,13 @@ float choice_probability(uint cell_index, vec3 from, uint emitter, float power) 
     return mix(list_probability(cell, emitter), power, params.scene.at[0].cell_fallback);
 }
 
-// Share of the power that the light with this number has among all.
+// Probability with which choose_entry chooses one of the scene's own emitters at a point in a cell;
+// `power` is that of the table over all of them.
+float choice_probability(uint cell_index, vec3 from, uint emitter, float power) {
+    return own_share() * probability_among_own(cell_index, from, emitter, power);
+}
+
+// Share of the power that the light with this number has among the scene's own.
 float power_of(uint chosen) {
     const uint emitters = params.scene.at[0].emitter_count;
     if (chosen < emitters) return params.scene.at[0].emitters.at[chosen].probability;
@@ -71,12 +85,14 @@ float pdf_light(uint cell, vec3 from, Surface s, float squared_distance, float c
     const EmitterPoint point = emitter_at(s);
     if (point.number == NO_EMITTER) return 0.0;
     const float power = params.scene.at[0].emitters.at[point.number].probability;
-    return choice_probability(cell, from, point.number, power) * point.pdf_area
-        * squared_distance / max(abs(cos_light), 1e-12);
+    const float probability = HAS_FRAMES && s.moving >= 0.0
+        ? s.moving * power : choice_probability(cell, from, point.number, power);
+    return probability * point.pdf_area * squared_distance / max(abs(cos_light), 1e-12);
 }
 
-// `chosen` is the probability of the choice where the choice told it, by the tree; else below 0.
-LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2 u) {
+// `chosen` is the probability of the choice where the choice told it, by the tree or of what moves; else
+// below 0. The emitter is one of an instance that moves, or of NO_INSTANCE.
+LightSample sample_emitter(uint number, uint instance_word, float chosen, uint cell, vec3 from, vec2 u) {
     const Emitter emitter = params.scene.at[0].emitters.at[number];
     LightSample s;
     s.emission = vec3(0.0);
@@ -85,7 +101,7 @@ LightSample sample_emitter(uint number, float chosen, uint cell, vec3 from, vec2
     s.sun = false;
     Triangle t;
     vec2 b;
-    const float pdf_area = sample_emitter_point(emitter, u, t, b);
+    const float pdf_area = sample_emitter_point(emitter, instance_word, u, t, b);
     if (!(pdf_area > 0.0)) return s;
     const Material material = params.scene.at[0].materials.at[t.material];
     // Differences to the shaded point first: the direction keeps its digits at a distance.
@@ -122,19 +138,11 @@ float spot_factor(Light light, float cosine) {
 #include "compiler_light.glsl"
 
 // A sphere, sampled in the cone it subtends. No ray hits it, so its samples stand alone.
-LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, vec2 u) {
-    const Light light = params.scene.at[0].lights.at[index];
-    const uint emitter = params.scene.at[0].emitter_count + index;
-    const float probability = chosen >= 0.0
-        ? chosen : choice_probability(cell, from, emitter, light.probability);
-    if (HAS_COMPILER_LIGHTS) return sample_compiler_light(light, probability, from);
+LightSample sample_sphere_light(Light light, float probability, vec3 from, vec2 u) {
     const vec3 to_centre = light.position - from;
     const float squared = dot(to_centre, to_centre);
     const float sin2 = light.radius * light.radius / squared;
-    LightSample s;
-    s.emission = vec3(0.0);
-    s.hittable = false;
-    s.sun = false;
+    LightSample s = NO_SAMPLE;
     if (!(sin2 < 1.0)) return s; // inside
     const float distance = sqrt(squared);
     const vec3 axis = to_centre / distance;
@@ -148,6 +156,15 @@ LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, v
     const float cone = spot_factor(light, dot(-axis, light.direction));
     s.emission = light.intensity * (cone / (PI * light.radius * light.radius));
     return s;
+}
+
+LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, vec2 u) {
+    const Light light = params.scene.at[0].lights.at[index];
+    const uint emitter = params.scene.at[0].emitter_count + index;
+    const float probability = chosen >= 0.0
+        ? chosen : choice_probability(cell, from, emitter, light.probability);
+    if (HAS_COMPILER_LIGHTS) return sample_compiler_light(light, probability, from);
+    return sample_sphere_light(light, probability, from, u);
 }
 
 // Solid-angle density with which sample_light, at a point in a cell, chooses a direction to a sun.
@@ -205,11 +222,61 @@ uint choose_listed(Cell cell, vec2 u) {
     return params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
 }
 
-// One light as seen from a point in a cell, by its number among all; NO_EMITTER if none can light the
-// point. `probability` is that of the choice where it tells it, by the tree; else below 0.
-uint choose_entry(uint cell, vec3 from, vec2 u, out float probability) {
+// A light that was chosen.
+struct Entry {
+    uint number;       // among all lights, or MOVING_SPHERE and among the spheres that move; NO_EMITTER
+    uint instance;     // that moves and has the emitter with this number; else NO_INSTANCE
+    float probability; // of the choice where it tells it, by the tree or of what moves; else below 0
+};
+
+// Flag of an entry's number.
+const uint MOVING_SPHERE = 0x80000000u;
+
+bool is_sphere_that_moves(Entry entry) {
+    return HAS_FRAMES && entry.number >= MOVING_SPHERE && entry.number != NO_EMITTER;
+}
+
+// Chooses an entry of an alias table of `count` entries by x; what is left of x is uniform again.
+uint choose_slot(inout float x, uint count) {
+    const float scaled = x * float(count);
+    const uint slot = min(uint(scaled), count - 1u);
+    x = min(scaled - float(slot), 0.99999994);
+    return slot;
+}
+
+// Keeps the entry or takes the other one by y; what is left of y is uniform again.
+uint keep_slot(uint slot, float keep, uint other, inout float y) {
+    const bool kept = y < keep;
+    y = kept ? y / keep : (y - keep) / (1.0 - keep);
+    return kept ? slot : other;
+}
+
+// One of the lights that move.
+Entry choose_moving(vec2 u) {
+    uint slot = choose_slot(u.x, params.scene.at[0].moving_count);
+    const MovingLight first = params.scene.at[0].moving_lights.at[slot];
+    slot = keep_slot(slot, first.keep, first.other, u.y);
+    const MovingLight light = params.scene.at[0].moving_lights.at[slot];
+    if (light.instance == NO_INSTANCE) {
+        return Entry(MOVING_SPHERE | light.first, NO_INSTANCE, light.probability);
+    }
+    // Which of its mesh's emitters: by what is left of y, and that of x keeps it or not.
+    slot = choose_slot(u.y, light.count);
+    const AliasEntry alias = params.scene.at[0].alias.at[light.alias + slot];
+    const uint number = light.first + keep_slot(slot, alias.keep, alias.other, u.x);
+    const float share = params.scene.at[0].emitters.at[number].probability;
+    return Entry(number, light.instance, light.probability * share);
+}
+
+// One light as seen from a point in a cell; NO_EMITTER if none can light the point.
+Entry choose_entry(uint cell, vec3 from, vec2 u) {
+    if (HAS_FRAMES) {
+        const float share = params.scene.at[0].moving_share;
+        if (u.x < share) return choose_moving(vec2(u.x / share, u.y));
+        u.x = min((u.x - share) / (1.0 - share), 0.99999994);
+    }
     uint chosen;
-    probability = -1.0;
+    float probability = -1.0;
     bool by_tree = SELECTION == SELECTION_TREE;
     if (SELECTION == SELECTION_LEAF) {
         const Cell here = params.scene.at[0].cells.at[cell];
@@ -218,27 +285,41 @@ uint choose_entry(uint cell, vec3 from, vec2 u, out float probability) {
     } else if (!by_tree) {
         chosen = choose_emitter(u);
     }
-    return by_tree ? sample_tree(from, u, probability) : chosen;
+    if (by_tree) {
+        chosen = sample_tree(from, u, probability);
+        probability *= own_share();
+    }
+    return Entry(chosen, NO_INSTANCE, probability);
 }
 
-// A sample of the light with this number, as seen from a point in a cell where it was chosen with this
-// probability, if that is known.
-LightSample sample_entry(uint chosen, float probability, uint cell, vec3 from, vec2 u) {
+// Probability with which choose_entry, at a point in a cell, chooses a light.
+float probability_of(Entry entry, uint cell, vec3 from) {
+    if (HAS_FRAMES && (entry.instance != NO_INSTANCE || is_sphere_that_moves(entry))) return entry.probability;
+    return choice_probability(cell, from, entry.number, power_of(entry.number));
+}
+
+// A sample of a light as seen from a point in a cell where it was chosen with the entry's probability, if
+// that is known.
+LightSample sample_entry(Entry entry, uint cell, vec3 from, vec2 u) {
+    if (is_sphere_that_moves(entry)) {
+        const Light sphere = params.scene.at[0].moving_spheres.at[entry.number & ~MOVING_SPHERE];
+        return sample_sphere_light(sphere, entry.probability, from, u);
+    }
     const uint emitters = params.scene.at[0].emitter_count;
-    if (!HAS_POINT_LIGHTS && !HAS_SUNS || chosen < emitters) {
-        return sample_emitter(chosen, probability, cell, from, u);
+    const bool of_instance = HAS_FRAMES && entry.instance != NO_INSTANCE;
+    if (!HAS_POINT_LIGHTS && !HAS_SUNS || of_instance || entry.number < emitters) {
+        return sample_emitter(entry.number, entry.instance, entry.probability, cell, from, u);
     }
-    if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
-        return sample_sun(chosen - params.scene.at[0].first_sun, probability, cell, from, u);
+    if (HAS_SUNS && entry.number >= params.scene.at[0].first_sun) {
+        return sample_sun(entry.number - params.scene.at[0].first_sun, entry.probability, cell, from, u);
     }
-    LightSample s = sample_point_light(chosen - emitters, probability, cell, from, u);
-    s.number = chosen - emitters;
+    LightSample s = sample_point_light(entry.number - emitters, entry.probability, cell, from, u);
+    s.number = entry.number - emitters;
     return s;
 }
 
 // One light as seen from a point in a cell: xy chooses it, zw the point on it.
 LightSample sample_light(uint cell, vec3 from, vec4 u) {
-    float probability;
-    const uint chosen = choose_entry(cell, from, u.xy, probability);
-    return chosen == NO_EMITTER ? NO_SAMPLE : sample_entry(chosen, probability, cell, from, u.zw);
+    const Entry entry = choose_entry(cell, from, u.xy);
+    return entry.number == NO_EMITTER ? NO_SAMPLE : sample_entry(entry, cell, from, u.zw);
 }

@@ -18,8 +18,8 @@ struct Medium {
     vec3 passed;     // optical depth, less what `absorption` would give from the ray's origin on
 };
 
-Finish finish_of(uint triangle) {
-    return params.scene.at[0].finishes.at[params.scene.at[0].triangles.at[triangle].material];
+Finish finish_of(uint instance_word, uint triangle) {
+    return params.scene.at[0].finishes.at[material_of(instance_word, triangle)];
 }
 
 // In the space at the eye.

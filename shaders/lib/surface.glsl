@@ -15,6 +15,7 @@ struct Surface {
     uint face;
     // Where it emits, for the choice among lights:
     uint source;       // the triangle's number among the sources; NO_EMITTER if it is none
+    float moving;      // probability with which what moves is chosen; below 0 of what does not
     vec2 barycentrics; // in the triangle
     vec2 uv;           // texture coordinates, not wrapped
     float area;        // of the triangle
@@ -80,9 +81,10 @@ vec3 placed_normal(mat4x3 place, vec3 normal) {
 }
 
 #include "baked.glsl"
+#include "figure.glsl"
 
 Triangle triangle_in_world(uint instance_word, uint triangle_index) {
-    Triangle t = params.scene.at[0].triangles.at[triangle_index];
+    Triangle t = triangle_of(instance_word, triangle_index);
     if (HAS_INSTANCES && (instance_word & INSTANCE_PLACED) != 0u) {
         const mat4x3 place = to_world(instance_word);
         t.p0 = place * vec4(t.p0, 1.0);
@@ -115,7 +117,8 @@ Surface surface_at(uint instance_word, uint triangle_index, vec2 barycentrics) {
     const vec2 e1 = t.uv1 - t.uv0, e2 = t.uv2 - t.uv0;
     s.uv_area = 0.5 * abs(e1.x * e2.y - e1.y * e2.x);
     s.source = NO_EMITTER;
-    if (ESTIMATOR == ESTIMATOR_MIS && material.emission_weight > 0.0) {
+    s.moving = moving_probability(instance_word);
+    if (ESTIMATOR == ESTIMATOR_MIS && material.emission_weight > 0.0 && s.moving != 0.0) {
         const uint offset =
             params.scene.at[0].instances.at[instance_word & INSTANCE_INDEX].source_offset;
         s.source = params.scene.at[0].source_numbers.at[offset + triangle_index];

@@ -8,6 +8,7 @@ struct Walk {
     float pdf;        // density of the direction
     uint cell;        // of the origin, as the choice among lights sees space
     bool has_sampled; // lights were sampled there
+    uint mask;        // of what the ray meets
     uint vertex;      // that the ray leads to
     vec3 throughput;
     Medium medium;    // along the ray
@@ -19,12 +20,14 @@ struct Walk {
 };
 
 Walk walk_from_eye(vec3 origin, vec3 direction) {
-    return Walk(origin, direction, 0.0, 0u, false, 1u, vec3(1.0), medium_at_eye(), 0.0, 0u, 0u, 0u, false);
+    return Walk(origin, direction, 0.0, 0u, false, mask_of_camera(), 1u, vec3(1.0), medium_at_eye(), 0.0, 0u,
+                0u, 0u, false);
 }
 
 // A new ray begins.
-void begin_ray(inout Walk walk, vec3 origin, bool has_sampled) {
+void begin_ray(inout Walk walk, vec3 origin, uint mask, bool has_sampled) {
     walk.origin = origin;
+    walk.mask = mask;
     walk.has_sampled = has_sampled;
     if (HAS_TRANSLUCENT) {
         restart(walk.medium);
@@ -63,15 +66,15 @@ void add_sampled(inout PathSample path, uint reflections, ChosenLight light, vec
 }
 
 // Adds a light that was sampled, as far as it arrives at `from`. Keeps `hit`.
-void add_light(inout PathSample path, uint reflections, ChosenLight light, vec3 from, Medium medium) {
+void add_light(inout PathSample path, uint reflections, ChosenLight light, vec3 from, uint mask, Medium medium) {
     if (!(max_component(abs(light.gain)) > 0.0)) return;
     vec3 arrives;
     if ((HAS_SUNS || HAS_COMPILER_LIGHTS) && light.sun) {
         const HitPayload here = hit;
-        arrives = sky_visibility(from, light.wi, medium);
+        arrives = sky_visibility(from, light.wi, mask, medium);
         hit = here;
     } else {
-        arrives = visibility(from, light.wi, light.t_max, medium);
+        arrives = visibility(from, light.wi, light.t_max, mask, medium);
     }
     if (max_component(arrives) > 0.0) add_sampled(path, reflections, light, light.gain * arrives);
 }
@@ -112,7 +115,8 @@ void add_airlight(inout PathSample path, Walk walk, float t, float often, uint i
         light.gain *= transmittance(medium, walk.t_min + light.along);
         restart(medium);
     }
-    add_light(path, walk.vertex, light, from + light.along * walk.direction, medium);
+    const uint mask = mask_from(0u);
+    add_light(path, walk.vertex, light, from + light.along * walk.direction, mask, medium);
 }
 
 // What fog does on the way to distance t, of which it leaves the share `clear`.
@@ -127,7 +131,7 @@ uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint
     const float d = walk.t_min + minus_log_rest(u) / params.scene.at[0].fog_extinction;
     // Always on the camera's ray, else as often as the path is scattered.
     const bool first = walk.vertex == 1u;
-    if (SAMPLES_LIGHTS && params.scene.at[0].entry_count > 0u && (first || d < t)) {
+    if (SAMPLES_LIGHTS && has_lights() && (first || d < t)) {
         add_airlight(path, walk, t, first ? 1.0 : 1.0 - clear, index);
     }
     ++walk.stretches;
@@ -137,7 +141,7 @@ uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint
     const uint dimension = DIMENSIONS_PER_VERTEX * walk.vertex + DIMENSION_BSDF;
     const vec4 next = random4(pixel, index, dimension, params.seed);
     if (max_component(walk.throughput) <= 0.0 || !survives(walk, next.z)) return FOG_ENDS;
-    begin_ray(walk, walk.origin + d * walk.direction, SAMPLES_LIGHTS);
+    begin_ray(walk, walk.origin + d * walk.direction, mask_from(0u), SAMPLES_LIGHTS);
     if (SAMPLES_LIGHTS) walk.cell = cell_at(walk.origin);
     walk.direction = sample_sphere(next.xy);
     walk.pdf = PHASE;

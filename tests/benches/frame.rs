@@ -115,42 +115,13 @@ fn acceleration_structures(
 ) -> Result<(), Box<dyn Error>> {
     let settings = settings(scene, size, (Estimator::Naive, Selection::Power));
     let start = Instant::now();
-    let mut tracer = PathTracer::new(gpu, scene, &settings)?;
+    let tracer = PathTracer::new(gpu, scene, &settings)?;
     let upload_ms = start.elapsed().as_secs_f64() * 1e3;
     println!("| stage | ms |\n|---|---|");
     println!("| load and import (host clock) | {import_ms:.1} |");
     println!("| upload, acceleration structures, pipeline (host clock) | {upload_ms:.1} |");
     for t in tracer.upload_timings() {
         println!("| {} | {:.3} |", t.name, t.milliseconds);
-    }
-    // Every instance but the world moves a little each frame.
-    for refit in [false, true] {
-        let mut times = Vec::new();
-        for step in 0..=REPEATS {
-            let lift = glam::Affine3A::from_translation(glam::Vec3::Z * 0.01 * step as f32);
-            let moved: Vec<_> = scene
-                .instances
-                .iter()
-                .enumerate()
-                .map(|(i, x)| {
-                    if i == 0 {
-                        x.transform
-                    } else {
-                        lift * x.transform
-                    }
-                })
-                .collect();
-            let timings = tracer.frame(&moved, refit, 1)?;
-            let wanted = if refit { "refit TLAS" } else { "rebuild TLAS" };
-            times.extend(
-                timings
-                    .iter()
-                    .filter(|t| t.name == wanted)
-                    .map(|t| t.milliseconds),
-            );
-        }
-        let name = if refit { "refit" } else { "rebuild" };
-        println!("| per frame: {name} the TLAS | {:.3} |", median(times));
     }
     println!(
         "\nBottom-level structures, compacted: {} bytes\n",
@@ -166,7 +137,7 @@ fn row(gpu: &Gpu, scene: &Arc<Scene>, settings: &Settings, spp: u32) -> Result<(
     for _ in 0..REPEATS {
         tracer.clear()?;
         tracer.accumulate(spp)?;
-        times.push(tracer.trace_ms());
+        times.push(tracer.trace_ms()?);
     }
     let counters = tracer.film()?.counters;
     let ms = median(times);

@@ -121,7 +121,7 @@ fn row(stage: &str, what: &str, errors: Vec<f64>) {
 }
 
 /// A picture with all layers from the Vulkan device.
-fn picture(gpu: &Gpu, scene: &Scene, settings: &Settings, samples: u32) -> Anything<Film> {
+fn picture(gpu: &Gpu, scene: &Arc<Scene>, settings: &Settings, samples: u32) -> Anything<Film> {
     let mut tracer = PathTracer::new(gpu, scene, settings)?;
     tracer.accumulate(samples)?;
     Ok(tracer.film()?)

@@ -5,6 +5,7 @@ mod display;
 mod every_level;
 mod everything;
 mod film;
+mod frames;
 mod golden;
 mod hard;
 mod hygiene;
@@ -44,6 +45,15 @@ on_both_renderers!(truths: "truths.rs", agreement: "agreement.rs", passages: "pa
 
 /// The same for files that ask for a renderer more than one picture at a time.
 mod moments {
+    mod vulkan {
+        fn device() -> super::super::Device {
+            super::super::Device::Vulkan
+        }
+        mod tests {
+            use super::device;
+            include!("moments.rs");
+        }
+    }
     mod cpu {
         fn device() -> super::super::Device {
             super::super::Device::Cpu

@@ -20,15 +20,18 @@ fn view(estimator: Estimator, seed: u64) -> Settings {
 /// A picture of one moment, after others were shown.
 fn after(others: &[f32], time: f32, lights: bool, view: &Settings, samples: u32) -> Film {
     let scene = moving_room();
-    let mut moments: Vec<(Frame, u32)> =
-        (others.iter()).map(|&t| (moment(&scene, t, true), 0)).collect();
+    let mut moments: Vec<(Frame, u32)> = (others.iter())
+        .map(|&t| (moment(&scene, t, true), 0))
+        .collect();
     moments.push((moment(&scene, time, lights), samples));
-    render_moments(device(), &scene, view, &moments)
+    let mut films = render_moments(device(), &scene, view, &[(view.seed, moments)]);
+    films.remove(0)
 }
 
 #[test]
 fn a_moment_shown_looks_like_the_scene_made_in_it() {
     let scene = moving_room();
+    let mut films = Vec::new();
     for (time, others) in [(0.1, &[0.9, 0.3][..]), (0.9, &[])] {
         let (shown, made) = (view(Estimator::Mis, 1), view(Estimator::Mis, 2));
         let film = after(others, time, true, &shown, 96);
@@ -36,7 +39,10 @@ fn a_moment_shown_looks_like_the_scene_made_in_it() {
         let made = Settings { time, ..made };
         let truth = render(device(), &still(&scene, &frame), &made, 96);
         ZTest::new(&film, &truth).assert(&format!("{time} s"));
+        films.push(film);
     }
+    let moved = ZTest::new(&films[0], &films[1]);
+    assert!(moved.passed < 0.9, "it must matter what is shown: {moved:?}");
 }
 
 #[test]
@@ -54,41 +60,49 @@ fn what_was_shown_before_leaves_no_trace() {
     let later = after(&[0.1, 0.9, 0.2], 0.7, true, &view(Estimator::Mis, 5), 8);
     assert_eq!(fresh.beauty, later.beauty);
     assert_eq!(fresh.counters, later.counters);
+    // Nor do other pictures by the same renderer.
+    let scene = moving_room();
+    let picture = |seed, time| (seed, vec![(moment(&scene, time, true), 8)]);
+    let pictures = [picture(1, 0.2), picture(9, 0.9), picture(5, 0.7)];
+    let films = render_moments(device(), &scene, &view(Estimator::Mis, 0), &pictures);
+    assert_eq!(fresh.beauty, films[2].beauty);
+    assert_eq!(fresh.counters, films[2].counters);
 }
 
 #[test]
 fn moments_in_a_shutter_add_up_to_their_mean() {
     let scene = moving_room();
-    let moments: u16 = 64;
-    let at = |i: u16| moment(&scene, 0.2 + 0.3 * f32::from(i) / f32::from(moments), true);
-    // All in one film, in an order that is not that of time.
-    let within: Vec<(Frame, u32)> = (0..2 * moments).map(|i| (at(i * 37 % moments), 1)).collect();
-    let blurred = render_moments(device(), &scene, &view(Estimator::Mis, 1), &within);
-    // Each a picture of its own.
-    let mut mean = Film::default();
-    for i in 0..moments {
-        let film = render_moments(
-            device(),
-            &scene,
-            &view(Estimator::Mis, 100 + u64::from(i)),
-            &[(at(i), 2)],
-        );
-        if i == 0 {
-            mean = Film {
-                beauty: vec![[0.0; 3]; film.beauty.len()],
-                variance: vec![[0.0; 3]; film.beauty.len()],
-                ..Film::default()
-            };
-        }
-        let n = f32::from(moments);
-        for p in 0..film.beauty.len() {
-            for c in 0..3 {
-                mean.beauty[p][c] += film.beauty[p][c] / n;
-                mean.variance[p][c] += film.variance[p][c] / (n * n);
-            }
-        }
-    }
-    ZTest::new(&blurred, &mean).assert("motion blur");
+    let moments: u16 = 256;
+    let at = |i: u16| {
+        let time = 0.2 + 0.3 * f32::from(i) / f32::from(moments);
+        moment(&scene, time, true)
+    };
+    // All in one film, in an order that is not that of time; then each a picture of its own.
+    let within = (0..moments).map(|i| (at(i * 37 % moments), 2)).collect();
+    let mut pictures = vec![(1, within)];
+    pictures.extend((0..moments).map(|i| (100 + u64::from(i), vec![(at(i), 2)])));
+    let small = Settings {
+        width: 16,
+        height: 16,
+        ..view(Estimator::Mis, 1)
+    };
+    let films = render_moments(device(), &scene, &small, &pictures);
+    let (blurred, alone) = (&films[0], &films[1..]);
+    let pixels = blurred.beauty.len();
+    let sum = |of: fn(&Film) -> &Vec<[f32; 3]>, p: usize, c: usize| {
+        alone.iter().map(|f| f64::from(of(f)[p][c])).sum::<f64>()
+    };
+    let n = f64::from(moments);
+    let mean = Film {
+        beauty: (0..pixels)
+            .map(|p| [0, 1, 2].map(|c| (sum(|f| &f.beauty, p, c) / n) as f32))
+            .collect(),
+        variance: (0..pixels)
+            .map(|p| [0, 1, 2].map(|c| (sum(|f| &f.variance, p, c) / (n * n)) as f32))
+            .collect(),
+        ..Film::default()
+    };
+    ZTest::new(blurred, &mean).assert("motion blur");
 }
 
 /// A sphere of radius `r` at the distance `d` straight above a white floor gives it the irradiance
@@ -112,7 +126,8 @@ fn a_light_of_a_frame_has_the_irradiance_of_a_sphere() {
         frame.lights = vec![light(share), light(1.0 - share)];
         for estimator in [Estimator::Nee, Estimator::Mis] {
             let view = settings(down.clone(), 4, estimator, 2);
-            let film = render_moments(device(), &scene, &view, &[(frame.clone(), 256)]);
+            let moments = vec![(frame.clone(), 256)];
+            let film = &render_moments(device(), &scene, &view, &[(1, moments)])[0];
             let albedo = f64::from(scene::material::MAX_ALBEDO as f32);
             for (c, intensity) in [900.0, 450.0, 90.0].into_iter().enumerate() {
                 let expected =

@@ -26,19 +26,26 @@ impl Device {
 /// When there is none: a Vulkan test that can't run has failed.
 pub fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let wanted = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
-        let opened = Vulkan::new(Options { validation: true })
-            .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
-        let (devices, vulkan) = opened.unwrap_or_else(|e| {
-            panic!("{e}: `cargo xtask test` installs or names what Vulkan tests need")
-        });
-        let device = (devices.iter()).find(|d| d.name.contains(&wanted)).unwrap_or_else(|| {
-            let names: Vec<_> = devices.iter().map(|d| d.name.as_str()).collect();
-            panic!("no Vulkan device is named {wanted}, there are {names:?}: `cargo xtask test` installs or names what Vulkan tests need")
-        });
-        vulkan.open(device.index).unwrap_or_else(|e| panic!("{e}"))
-    })
+    GPU.get_or_init(gpu_alone)
+}
+
+/// The same device opened once more, for tests that look at all that is allocated.
+///
+/// # Panics
+/// As [`gpu`].
+#[must_use]
+pub fn gpu_alone() -> Gpu {
+    let wanted = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
+    let opened = Vulkan::new(Options { validation: true })
+        .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
+    let (devices, vulkan) = opened.unwrap_or_else(|e| {
+        panic!("{e}: `cargo xtask test` installs or names what Vulkan tests need")
+    });
+    let device = (devices.iter()).find(|d| d.name.contains(&wanted)).unwrap_or_else(|| {
+        let names: Vec<_> = devices.iter().map(|d| d.name.as_str()).collect();
+        panic!("no Vulkan device is named {wanted}, there are {names:?}: `cargo xtask test` installs or names what Vulkan tests need")
+    });
+    vulkan.open(device.index).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Renders `samples` samples per pixel.
@@ -69,7 +76,11 @@ pub fn render(device: Device, scene: &Arc<Scene>, settings: &Settings, samples: 
     film
 }
 
-/// Renders moments into one picture, each with its samples per pixel.
+/// Pictures by one renderer, one after the other: each the seed of its samples, and moments with their
+/// samples per pixel.
+pub type Pictures<'a> = &'a [(u64, Vec<(Frame, u32)>)];
+
+/// Renders pictures of moments of a scene.
 ///
 /// # Panics
 /// As [`render`].
@@ -77,32 +88,34 @@ pub fn render_moments(
     device: Device,
     scene: &Arc<Scene>,
     settings: &Settings,
-    moments: &[(Frame, u32)],
-) -> Film {
-    fn film<R: Renderer>(mut renderer: R, moments: &[(Frame, u32)]) -> Film {
-        for (frame, samples) in moments {
-            renderer.show(frame).expect("a frame");
-            renderer.accumulate(*samples).expect("samples");
-        }
-        renderer.film().expect("a film")
+    pictures: Pictures<'_>,
+) -> Vec<Film> {
+    fn films<R: Renderer>(mut renderer: R, pictures: Pictures<'_>) -> Vec<Film> {
+        let mut film = |(seed, moments): &(u64, Vec<(Frame, u32)>)| {
+            renderer.restart(*seed).expect("an empty film");
+            for (frame, samples) in moments {
+                renderer.show(frame).expect("a frame");
+                renderer.accumulate(*samples).expect("samples");
+            }
+            renderer.film().expect("a film")
+        };
+        pictures.iter().map(&mut film).collect()
     }
-    let film = match device {
+    let films = match device {
         Device::Vulkan => {
             let tracer = PathTracer::new(gpu(), scene, settings).expect("a path tracer");
-            let film = film(tracer, moments);
+            let films = films(tracer, pictures);
             assert_eq!(gpu().validation_messages(), [""; 0], "validation messages");
-            film
+            films
         }
         Device::Cpu => {
             let tracer = reference::Reference::new(scene.clone(), settings);
-            film(tracer.expect("a reference"), moments)
+            films(tracer.expect("a reference"), pictures)
         }
     };
-    assert_eq!(
-        film.counters.nonfinite, 0,
-        "non-finite samples on {device:?}"
-    );
-    film
+    let nonfinite: u64 = films.iter().map(|f| f.counters.nonfinite).sum();
+    assert_eq!(nonfinite, 0, "non-finite samples on {device:?}");
+    films
 }
 
 /// Opens the best usable Vulkan device with this text in its name, without validation, and says which it

@@ -202,9 +202,25 @@ abi! {
         /// Hit payload: no triangle was hit.
         MISS: uint = 0xffff_ffff;
         /// Custom index of an instance: bits of its number.
-        INSTANCE_INDEX: uint = 0x007f_ffff;
+        INSTANCE_INDEX: uint = 0x001f_ffff;
+        /// Custom index of an instance, flag: only the camera sees it.
+        INSTANCE_APART: uint = 0x0020_0000;
+        /// Custom index of an instance, flag: its corners are those of a pose.
+        INSTANCE_POSED: uint = 0x0040_0000;
         /// Custom index of an instance, flag: its transform is not the identity.
         INSTANCE_PLACED: uint = 0x0080_0000;
+        /// Mask of what rays from the camera meet.
+        MASK_CAMERA: uint = 1;
+        /// Mask of what rays from surfaces meet.
+        MASK_OTHERS: uint = 2;
+        /// Mask of what rays from surfaces meet that only the camera sees.
+        MASK_APART: uint = 4;
+        /// Mask of what all rays meet.
+        MASK_ALL: uint = 7;
+        /// Skin of an instance that shows its mesh's own materials.
+        NO_SKIN: uint = 0xffff_ffff;
+        /// Instance of a moving light that is a sphere, and of lights that do not move.
+        NO_INSTANCE: uint = 0xffff_ffff;
         /// Hit payload, flag beside the custom index: the triangle was seen from the front.
         HIT_FRONT: uint = 0x8000_0000;
         /// Kind of a logged ray: end of the pixel's list.
@@ -219,11 +235,17 @@ abi! {
         TriangleRef => readonly Triangle, align "16";
         /// Instances, by custom index.
         InstanceRef => readonly Instance, align "16";
+        /// Figures, by custom index.
+        FigureRef => readonly Figure, align "16";
+        /// Corners of triangles in poses, local space.
+        CornerRef => readonly vec3, align "4";
+        /// Lights that move.
+        MovingLightRef => readonly MovingLight, align "16";
         /// Materials, by material id.
         MaterialRef => readonly Material, align "16";
         /// Finishes, by material id.
         FinishRef => readonly Finish, align "16";
-        /// Emitters.
+        /// Emitters: those of the scene, then those of each mesh that moves.
         EmitterRef => readonly Emitter, align "16";
         /// Triangles that emit.
         SourceRef => readonly Source, align "16";
@@ -303,6 +325,36 @@ abi! {
             alpha_base: uint,
             /// Added to a triangle's index, where its number among the sources stands.
             source_offset: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uint,
+        }
+        /// What an instance has besides its place.
+        Figure {
+            /// Material that stands for those of its mesh, or NO_SKIN.
+            skin: uint,
+            /// Added to a triangle's index, a third of where its corners stand.
+            posed: uint,
+            /// Probability with which light sampling chooses it, of instances that move.
+            probability: float,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uint,
+        }
+        /// What emits and moves: a sphere, or an instance.
+        MovingLight {
+            /// Custom index of the instance; NO_INSTANCE of a sphere.
+            instance: uint,
+            /// Number of its mesh's first emitter, or of the sphere.
+            first: uint,
+            /// Emitters of its mesh.
+            count: uint,
+            /// Where the alias table over these begins.
+            alias: uint,
+            /// Probability with which light sampling chooses it.
+            probability: float,
+            /// Alias table over all that moves: probability to keep this entry.
+            keep: float,
+            /// The entry to take otherwise.
+            other: uint,
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uint,
         }
@@ -506,6 +558,16 @@ abi! {
             triangles: TriangleRef,
             /// Instances.
             instances: InstanceRef,
+            /// What they have besides their place.
+            figures: FigureRef,
+            /// Corners of triangles in poses.
+            posed_corners: CornerRef,
+            /// What emits and moves.
+            moving_lights: MovingLightRef,
+            /// Spheres among it.
+            moving_spheres: LightRef,
+            /// Triangles of the sources, as numbers among all.
+            source_indices: NumberRef,
             /// Materials.
             materials: MaterialRef,
             /// Finishes.
@@ -576,6 +638,14 @@ abi! {
             fog_albedo: vec3,
             /// Share of light that fog takes, per world unit.
             fog_extinction: float,
+            /// Probability with which something that moves is chosen instead of the scene's own lights.
+            moving_share: float,
+            /// Number of what emits and moves.
+            moving_count: uint,
+            /// Triangles with grids of baked light.
+            baked_count: uint,
+            /// Unused, keeps the size a multiple of 8 bytes.
+            padding: uint,
         }
         /// Numbers counted by the shaders, as low and high words.
         Counters {
@@ -657,6 +727,8 @@ mod tests {
         // Elements of arrays that are read at a 16-byte alignment.
         assert_eq!(size_of::<Triangle>(), 80);
         assert_eq!(size_of::<Instance>(), 64);
+        assert_eq!(size_of::<Figure>(), 16);
+        assert_eq!(size_of::<MovingLight>(), 32);
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Finish>(), 64);
         assert_eq!(size_of::<Light>(), 64);

@@ -12,7 +12,7 @@ pub struct GpuFilm {
     height: u32,
     planes: u32,
     /// Which light styles it tells apart.
-    styles: Vec<LightStyle>,
+    pub(crate) styles: Vec<LightStyle>,
     /// Planes of `width * height` vec4, one after the other.
     pub(crate) sums: Arc<Buffer>,
     pub(crate) counters: Arc<Buffer>,

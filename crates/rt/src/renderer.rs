@@ -7,11 +7,11 @@ use crate::passes::path_trace::{Kind, PathTrace, RayLog, Samples};
 use crate::passes::tonemap::{ToneCurve, Tonemap};
 use crate::passes::{Frame, record_frame};
 use crate::vk::{
-    Buffer, Device, DeviceInfo, Error, Instance, Location, Options, Recording, Timing, Usage,
+    Buffer, Device, DeviceInfo, Error, Instance, Location, Options, Recording, Submission, Timing,
+    Usage,
 };
-use glam::Affine3A;
-use scene::Scene;
 use scene::render::{Film, Renderer, Settings};
+use scene::{Frame as Moment, Scene};
 use std::sync::Arc;
 
 /// Vulkan on this machine, opened once: loading the drivers takes a tenth of a second.
@@ -87,21 +87,30 @@ pub struct PathTracer {
     film: GpuFilm,
     path_trace: PathTrace,
     settings: Settings,
-    /// Samples per pixel taken so far, on average.
-    samples: f64,
+    /// What is shown from the next samples on.
+    moment: Option<Moment>,
+    /// What the device works on, with its samples per pixel: the host prepares what comes next.
+    running: Option<(Submission, f64)>,
+    /// Tracing time of one sample per pixel, of the submission that was timed last.
+    sample_ms: f64,
     trace_ms: f64,
+    /// GPU times since they were asked for.
+    timings: Vec<Timing>,
     upload_timings: Vec<Timing>,
 }
+
+/// Timings that are kept, at most: whoever does not ask for them does not pay for them.
+const TIMINGS_KEPT: usize = 1 << 16;
 
 impl PathTracer {
     /// Uploads the scene, builds its acceleration structures and the pipeline.
     ///
     /// # Errors
     /// When the scene is larger than the device allows, there is no memory, or a call fails.
-    pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+    pub fn new(gpu: &Gpu, scene: &Arc<Scene>, settings: &Settings) -> Result<Self, Error> {
         let device = gpu.device.clone();
-        let scene = GpuScene::upload(&device, scene)?;
         let film = GpuFilm::new(&device, settings, &scene.styles)?;
+        let scene = GpuScene::upload(&device, scene)?;
         let path_trace = PathTrace::new(&device, &scene, settings, Kind::PathTrace, None)?;
         let upload_timings = scene.timings.clone();
         let settings = settings.clone();
@@ -111,8 +120,11 @@ impl PathTracer {
             film,
             path_trace,
             settings,
-            samples: 0.0,
+            moment: None,
+            running: None,
+            sample_ms: 0.0,
             trace_ms: 0.0,
+            timings: Vec::new(),
             upload_timings,
         })
     }
@@ -130,10 +142,31 @@ impl PathTracer {
         self.scene.blas_bytes
     }
 
-    /// GPU time spent tracing so far, in milliseconds; 0 on devices without timestamps.
+    /// Waits for the device; then the GPU time spent tracing so far, in milliseconds, or 0 on devices
+    /// without timestamps.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn trace_ms(&mut self) -> Result<f64, Error> {
+        self.wait()?;
+        Ok(self.trace_ms)
+    }
+
+    /// Waits for the device; then the GPU times of all parts of the work since this was called last, in
+    /// order. Of a moment: `pose`, `refit BLAS`, `build loose BLAS`, `upload moment`, `rebuild TLAS`; and
+    /// `path trace`.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn take_timings(&mut self) -> Result<Vec<Timing>, Error> {
+        self.wait()?;
+        Ok(std::mem::take(&mut self.timings))
+    }
+
+    /// Bytes of device memory that are allocated, of all that was opened with this device.
     #[must_use]
-    pub fn trace_ms(&self) -> f64 {
-        self.trace_ms
+    pub fn allocated_bytes(&self) -> u64 {
+        self.device.allocated_bytes()
     }
 
     /// Begins a new picture of the same scene: an empty film.
@@ -141,47 +174,28 @@ impl PathTracer {
     /// # Errors
     /// When a call fails.
     pub fn clear(&mut self) -> Result<(), Error> {
+        self.wait()?;
         self.film.clear()?;
-        (self.samples, self.trace_ms) = (0.0, 0.0);
+        self.trace_ms = 0.0;
         Ok(())
-    }
-
-    /// Moves every instance of the scene, in its order, and adds samples: one frame of a demo or
-    /// of a viewer. Returns the GPU times of its parts.
-    ///
-    /// With `refit` the top level is updated instead of rebuilt: cheaper, and slower to trace the
-    /// further instances have moved. Emissive triangles stay where they were uploaded.
-    ///
-    /// # Errors
-    /// When a call fails or there is no memory.
-    pub fn frame(
-        &mut self,
-        transforms: &[Affine3A],
-        refit: bool,
-        samples: u32,
-    ) -> Result<Vec<Timing>, Error> {
-        self.submit(Some((transforms, refit)), Samples::Even(samples))
     }
 
     /// Samples per pixel that one submission should take. The film does not depend on how samples
     /// are split, so the split may follow the clock.
     fn samples_that_fit(&self) -> u32 {
-        if self.trace_ms > 0.0 {
-            ((SUBMISSION_MS * self.samples / self.trace_ms) as u32).max(1)
+        if self.sample_ms > 0.0 {
+            ((SUBMISSION_MS / self.sample_ms) as u32).max(1)
         } else {
             1
         }
     }
 
-    fn submit(
-        &mut self,
-        moved: Option<(&[Affine3A], bool)>,
-        samples: Samples,
-    ) -> Result<Vec<Timing>, Error> {
+    fn submit(&mut self, samples: Samples) -> Result<(), Error> {
         let mut recording = Recording::begin(&self.device)?;
         let taken = samples.mean();
+        let moment = self.moment.take();
         let frame = Frame {
-            moved,
+            moment: moment.as_ref(),
             settings: &self.settings,
             samples,
         };
@@ -189,15 +203,33 @@ impl PathTracer {
             &mut recording,
             &mut self.scene,
             &self.film,
-            &self.path_trace,
+            &mut self.path_trace,
             &frame,
         )?;
-        let timings = recording.submit_and_wait()?;
-        self.samples += taken;
-        self.trace_ms += (timings.iter().filter(|t| t.name == "path trace"))
+        let submission = recording.submit()?;
+        // The device has work: now there is time for the one before.
+        self.wait()?;
+        self.running = Some((submission, taken));
+        Ok(())
+    }
+
+    /// Waits until the device has nothing to do.
+    fn wait(&mut self) -> Result<(), Error> {
+        let Some((submission, samples)) = self.running.take() else {
+            return Ok(());
+        };
+        let timings = submission.wait()?;
+        let traced: f64 = (timings.iter().filter(|t| t.name == "path trace"))
             .map(|t| t.milliseconds)
-            .sum::<f64>();
-        Ok(timings)
+            .sum();
+        self.trace_ms += traced;
+        if samples > 0.0 {
+            self.sample_ms = traced / samples;
+        }
+        if self.timings.len() < TIMINGS_KEPT {
+            self.timings.extend(timings);
+        }
+        Ok(())
     }
 
     /// Display codes of the film at an exposure of `ev` stops, made on the device: red, green,
@@ -233,7 +265,7 @@ impl Renderer for PathTracer {
         let mut left = samples;
         while left > 0 {
             let now = left.min(self.samples_that_fit());
-            self.submit(None, Samples::Even(now))?;
+            self.submit(Samples::Even(now))?;
             left -= now;
         }
         Ok(())
@@ -251,7 +283,7 @@ impl Renderer for PathTracer {
             let schedule = Buffer::with_data(&self.device, "samples per pixel", usage, bytes)?;
             let taken: f64 = now.iter().map(|&n| f64::from(n)).sum();
             let mean = taken / now.len() as f64;
-            self.submit(None, Samples::PerPixel(schedule, mean))?;
+            self.submit(Samples::PerPixel(schedule, mean))?;
             left.iter_mut()
                 .zip(now)
                 .for_each(|(left, now)| *left -= now);
@@ -259,8 +291,14 @@ impl Renderer for PathTracer {
         Ok(())
     }
 
-    fn show(&mut self, _: &scene::Frame) -> Result<(), Error> {
-        Err(Error::Scene("frames are not shown by Vulkan yet"))
+    fn show(&mut self, frame: &Moment) -> Result<(), Error> {
+        let scene = self.scene.scene();
+        frame.check(scene).map_err(Error::Scene)?;
+        self.film.styles = scene.styles_now(&frame.styles);
+        self.settings.camera.clone_from(&frame.camera);
+        self.settings.time = frame.time;
+        self.moment = Some(frame.clone());
+        Ok(())
     }
 
     fn restart(&mut self, seed: u64) -> Result<(), Error> {
@@ -269,6 +307,7 @@ impl Renderer for PathTracer {
     }
 
     fn film(&mut self) -> Result<Film, Error> {
+        self.wait()?;
         self.film.read_back()
     }
 }
@@ -284,7 +323,12 @@ impl Yardstick {
     ///
     /// # Errors
     /// When there is no memory for the log, or a call fails.
-    pub fn new(gpu: &Gpu, scene: &Scene, settings: &Settings, samples: u32) -> Result<Self, Error> {
+    pub fn new(
+        gpu: &Gpu,
+        scene: &Arc<Scene>,
+        settings: &Settings,
+        samples: u32,
+    ) -> Result<Self, Error> {
         let device = gpu.device.clone();
         // A path has at most one camera or bounce ray and one shadow ray per vertex.
         let length = samples * 2 * settings.depth.max(1);
@@ -301,7 +345,8 @@ impl Yardstick {
         let mut tracer = PathTracer::new(gpu, scene, settings)?;
         let (kind, scene) = (Kind::LogRays, &tracer.scene);
         tracer.path_trace = PathTrace::new(&device, scene, settings, kind, Some(log.clone()))?;
-        tracer.submit(None, Samples::Even(samples))?;
+        tracer.submit(Samples::Even(samples))?;
+        tracer.wait()?;
         let kind = Kind::TraceOnly;
         let trace_only = PathTrace::new(&device, &tracer.scene, settings, kind, Some(log))?;
         Ok(Self { tracer, trace_only })

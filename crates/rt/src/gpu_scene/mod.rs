@@ -1,11 +1,13 @@
 //! A scene in device memory: flat buffers, textures and acceleration structures.
 
 mod emitters;
+mod loose;
+mod moment;
+mod poses;
 
 use crate::abi;
 use crate::vk::{
-    Blas, BlasGeometry, BlasInput, Buffer, Device, Error, Image, Location, Recording, Timing, Tlas,
-    TlasInstance, Usage,
+    Blas, BlasInput, Buffer, Device, Error, Image, Location, Recording, Timing, Tlas, Usage,
 };
 use bytemuck::Zeroable;
 use glam::{Affine3A, Vec3};
@@ -13,33 +15,44 @@ use scene::light::Falloff;
 use scene::material::{Material, Surface};
 use scene::mesh::{Mesh, Triangle};
 use scene::sky::SkyKind;
-use scene::{Features, LightStyle, Media, Scene};
+use scene::{Features, Scene};
 use std::sync::Arc;
 
 /// A scene in device memory.
 pub struct GpuScene {
     /// Address of the [`abi::SceneData`].
     pub(crate) address: u64,
-    pub(crate) tlas: Tlas,
+    pub(crate) tlas: Arc<Tlas>,
     pub(crate) textures: Vec<Arc<Image>>,
     pub(crate) features: Features,
-    /// Light styles that the film tells apart.
-    pub(crate) styles: Vec<LightStyle>,
     pub(crate) sky: u32,
     /// Whether there are lists of lights by cell.
     pub(crate) has_cells: bool,
     /// Whether there is a tree over all lights.
     pub(crate) has_tree: bool,
-    /// Longest ray that stays within the scene's bounds.
-    pub(crate) bounds: (Vec3, Vec3),
+    /// Bounds of all that is there.
+    bounds: (Vec3, Vec3),
     /// GPU times of building and compacting the bottom-level structures and of the first top level.
     pub(crate) timings: Vec<Timing>,
     /// Bytes of all bottom-level structures.
     pub(crate) blas_bytes: u64,
-    /// Where the eye may be in something that absorbs.
-    media: Media,
-    instances: Vec<abi::Instance>,
-    instance_buffer: Arc<Buffer>,
+    scene: Arc<Scene>,
+    data: abi::SceneData,
+    /// By mesh.
+    parts: Vec<Part>,
+    /// By mesh, the structures of those that are rigid and have triangles.
+    blas: Vec<Option<Arc<Blas>>>,
+    poses: Option<poses::Poses>,
+    /// What emits on each mesh that moves, among the tables.
+    lists: Vec<emitters::List>,
+    /// Where source numbers by triangle begin: of each instance, or of the world and each list.
+    source_starts: Vec<u32>,
+    /// Triangles of all meshes, then room for loose ones.
+    triangles: Arc<Buffer>,
+    own_triangles: u32,
+    loose: loose::Loose,
+    /// What a moment changes.
+    moment: Arc<Buffer>,
     _buffers: Vec<Arc<Buffer>>,
 }
 
@@ -49,6 +62,8 @@ struct Part {
     first_alpha: u32,
     position_base: u64,
     index_base: u64,
+    /// Bounds in all poses, local space.
+    bounds: (Vec3, Vec3),
 }
 
 impl GpuScene {
@@ -56,7 +71,7 @@ impl GpuScene {
     ///
     /// # Errors
     /// When the scene is larger than the device allows, or there is no memory.
-    pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Self, Error> {
+    pub fn upload(device: &Arc<Device>, scene: &Arc<Scene>) -> Result<Self, Error> {
         let mut staging = Staging::default();
         let mut positions: Vec<[f32; 3]> = Vec::new();
         let mut indices: Vec<[u32; 3]> = Vec::new();
@@ -68,25 +83,22 @@ impl GpuScene {
                 first_alpha: mesh.first_alpha_tested as u32,
                 position_base: positions.len() as u64,
                 index_base: indices.len() as u64,
+                bounds: (mesh.positions.iter().chain(mesh.poses.iter().flatten()))
+                    .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
+                        (low.min(p), high.max(p))
+                    }),
             });
             positions.extend(mesh.positions.iter().map(Vec3::to_array));
             for t in &mesh.triangles {
                 let t = wound(mesh, t);
                 indices.push(t.vertices);
-                triangles.push(triangle(mesh, &t, &Affine3A::IDENTITY));
+                triangles.push(triangle(&mesh.positions, &t, &Affine3A::IDENTITY));
             }
         }
-        let alias: Vec<_> = (scene.emitters.alias.iter())
-            .map(|&(keep, other)| abi::AliasEntry { keep, other })
-            .collect();
         let total = scene.emitters.total_weight;
         let inv_total_weight = if total > 0.0 { 1.0 / total } else { 0.0 };
-        let emitters = emitters::tables(scene, inv_total_weight);
-        let lights: Vec<_> = scene
-            .lights
-            .iter()
-            .map(|l| light(l, inv_total_weight))
-            .collect();
+        let bases: Vec<u32> = parts.iter().map(|p| p.triangle_base).collect();
+        let emitters = emitters::tables(scene, &bases);
         let suns: Vec<_> = (scene.sky.suns.iter())
             .map(|s| abi::Sun {
                 direction: s.direction.to_array(),
@@ -98,28 +110,6 @@ impl GpuScene {
         let materials: Vec<_> = scene.materials.iter().map(|m| material(m, scene)).collect();
         let finishes: Vec<_> = (scene.materials.iter())
             .map(|m| finish(&m.finish))
-            .collect();
-        let (source_numbers, source_starts) =
-            (scene.emitters).sources_by_triangle(&scene.meshes, &scene.instances);
-        let instances: Vec<_> = (scene.instances.iter())
-            .zip(source_starts)
-            .map(|(i, source_start)| {
-                let (part, mesh) = (&parts[i.mesh], &scene.meshes[i.mesh]);
-                let alpha_base = part.triangle_base + part.first_alpha;
-                // A mesh of alpha-tested triangles alone has them as geometry 0.
-                let only_alpha = mesh.first_alpha_tested == 0;
-                let opaque_base = if only_alpha {
-                    alpha_base
-                } else {
-                    part.triangle_base
-                };
-                abi::Instance {
-                    opaque_base,
-                    alpha_base,
-                    source_offset: source_start.wrapping_sub(part.triangle_base),
-                    ..placement(&i.transform)
-                }
-            })
             .collect();
         let cell_nodes: Vec<_> = (scene.cells.nodes.iter())
             .map(|n| abi::CellNode {
@@ -145,22 +135,16 @@ impl GpuScene {
             })
             .collect();
 
+        let own_triangles = triangles.len() as u32;
         let positions = staging.add(device, "positions", BUILD_INPUT, &positions)?;
         let indices = staging.add(device, "indices", BUILD_INPUT, &indices)?;
         let triangles = staging.add(device, "triangles", Usage::STORAGE_BUFFER, &triangles)?;
-        let alias_buffer = staging.add(device, "alias table", Usage::STORAGE_BUFFER, &alias)?;
-        let light_buffer = staging.add(device, "lights", Usage::STORAGE_BUFFER, &lights)?;
-        let light_styles: Vec<_> = (scene.lights.iter())
-            .map(|l| {
-                let plane = scene.style_of(l);
-                abi::StyleOfLight {
-                    plane: plane as u32,
-                    brightness: scene.styles.get(plane).map_or(1.0, |s| s.brightness),
-                }
-            })
-            .collect();
-        let light_styles =
-            staging.add(device, "light styles", Usage::STORAGE_BUFFER, &light_styles)?;
+        let alias_buffer = staging.add(
+            device,
+            "alias table",
+            Usage::STORAGE_BUFFER,
+            &emitters.alias,
+        )?;
         let sun_buffer = staging.add(device, "suns", Usage::STORAGE_BUFFER, &suns)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
         let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
@@ -193,16 +177,17 @@ impl GpuScene {
         let texel_tables = table("emitting texels", bytemuck::cast_slice(&emitters.texels))?;
         let tree = table("light tree", bytemuck::cast_slice(&emitters.tree))?;
         let trails = table("trails", bytemuck::cast_slice(&scene.emitters.tree.trails))?;
-        let emitter_numbers = table(
-            "emitter numbers",
-            bytemuck::cast_slice(&scene.emitters.numbers),
+        let emitter_numbers = table("emitter numbers", bytemuck::cast_slice(&emitters.numbers))?;
+        let source_numbers = table(
+            "source numbers",
+            bytemuck::cast_slice(&emitters.source_numbers),
         )?;
-        let source_numbers = table("source numbers", bytemuck::cast_slice(&source_numbers))?;
-        let instance_buffer =
-            staging.add(device, "instances", Usage::STORAGE_BUFFER, &instances)?;
+        let source_indices = table(
+            "emitting triangles' numbers",
+            bytemuck::cast_slice(&emitters.triangle_numbers),
+        )?;
         let mut data = abi::SceneData {
             triangles: triangles.address(),
-            instances: instance_buffer.address(),
             materials: materials.address(),
             finishes: finishes.address(),
             gloss_table: gloss_table.address(),
@@ -214,10 +199,9 @@ impl GpuScene {
             tree: tree.address(),
             trails: trails.address(),
             source_numbers: source_numbers.address(),
+            source_indices: source_indices.address(),
             alias: alias_buffer.address(),
-            lights: light_buffer.address(),
             suns: sun_buffer.address(),
-            light_styles: light_styles.address(),
             baked: baked.address(),
             baked_samples: baked_samples.address(),
             cell_nodes: cell_nodes.address(),
@@ -225,10 +209,11 @@ impl GpuScene {
             cell_entries: cell_entries.address(),
             emitter_numbers: emitter_numbers.address(),
             cell_fallback: scene::cells::FALLBACK,
-            emitter_count: emitters.list.len() as u32,
-            entry_count: alias.len() as u32,
+            emitter_count: scene.emitters.list.len() as u32,
+            entry_count: scene.emitters.alias.len() as u32,
             sun_count: suns.len() as u32,
-            first_sun: (scene.emitters.list.len() + lights.len()) as u32,
+            first_sun: (scene.emitters.list.len() + scene.lights.len()) as u32,
+            baked_count: own_triangles,
             sky_upper: scene.sky.scale[0].to_array(),
             sky_lower: scene.sky.scale[1].to_array(),
             veil_upper: scene.sky.veil[0].to_array(),
@@ -252,63 +237,57 @@ impl GpuScene {
                 abi::SKY_SCROLLING
             }
         };
-        let scene_buffer = staging.add(device, "scene", Usage::STORAGE_BUFFER, &[data])?;
         let textures = staging.add_textures(device, scene)?;
         staging.submit(device)?;
 
-        let inputs: Vec<_> = scene
-            .meshes
-            .iter()
-            .zip(&parts)
-            .map(|(mesh, part)| {
-                blas_input(mesh, part, &positions, &indices, scene.features.translucent)
-            })
+        let once = scene.features.translucent;
+        let is_rigid = |mesh: &Mesh| mesh.poses.is_empty() && !mesh.triangles.is_empty();
+        let inputs: Vec<_> = (scene.meshes.iter().zip(&parts))
+            .filter(|(mesh, _)| is_rigid(mesh))
+            .map(|(mesh, part)| blas_input(mesh, part, &positions, &indices, once))
             .collect();
-        let (blas, mut timings) = Blas::build(device, &inputs)?;
-        let placed = scene
-            .instances
-            .iter()
-            .enumerate()
-            .map(|(index, i)| TlasInstance {
-                blas: blas[i.mesh].clone(),
-                transform: i.transform,
-                custom_index: custom_index(index, &i.transform),
-                hit_group: u32::from(scene.meshes[i.mesh].first_alpha_tested == 0),
-            })
+        let (built, timings) = Blas::build(device, &inputs)?;
+        let poses = poses::Poses::new(device, &scene.meshes, once)?;
+        let blas_bytes = built.iter().map(|b| b.size()).sum::<u64>()
+            + poses.as_ref().map_or(0, poses::Poses::model_bytes);
+        let mut built = built.into_iter();
+        let blas = (scene.meshes.iter())
+            .map(|mesh| is_rigid(mesh).then(|| built.next()).flatten())
             .collect();
-        let tlas = Tlas::new(device, placed)?;
-        let mut recording = Recording::begin(device)?;
-        tlas.record_build(&mut recording, false)?;
-        timings.extend(recording.submit_and_wait()?);
-        Ok(Self {
-            address: scene_buffer.address(),
-            tlas,
+        let mut gpu_scene = Self {
+            address: 0,
+            tlas: Tlas::new(device, scene.instances.len().max(1) as u32)?,
             textures,
             features: scene.features,
-            styles: scene.styles.clone(),
             sky,
             has_cells: !scene.cells.is_empty(),
             has_tree: !scene.emitters.tree.nodes.is_empty(),
             bounds: (scene.bounds_min, scene.bounds_max),
             timings,
-            blas_bytes: blas.iter().map(|b| b.size()).sum(),
-            media: scene.media.clone(),
-            instances,
-            instance_buffer: instance_buffer.clone(),
+            blas_bytes,
+            scene: scene.clone(),
+            data,
+            parts,
+            blas,
+            poses,
+            lists: emitters.lists,
+            source_starts: emitters.source_starts,
+            triangles,
+            own_triangles,
+            loose: loose::Loose::default(),
+            moment: Buffer::new(device, "moment", 0, Usage::STORAGE_BUFFER, Location::Device)?,
             _buffers: vec![
-                triangles,
                 emitter_list,
                 sources,
                 source_triangles,
+                source_indices,
                 maps,
                 texel_tables,
                 tree,
                 trails,
                 source_numbers,
                 alias_buffer,
-                light_buffer,
                 sun_buffer,
-                light_styles,
                 baked,
                 baked_samples,
                 materials,
@@ -318,46 +297,22 @@ impl GpuScene {
                 cells,
                 cell_entries,
                 emitter_numbers,
-                instance_buffer,
-                scene_buffer,
             ],
-        })
+        };
+        let mut recording = Recording::begin(device)?;
+        gpu_scene.record_moment(&mut recording, &Self::first_moment(scene))?;
+        (gpu_scene.timings).extend(recording.submit_and_wait()?);
+        Ok(gpu_scene)
     }
 
-    /// Moves every instance, in the order of the scene, and records what follows from it: a new
-    /// instance table and a rebuilt or refitted top-level structure.
-    ///
-    /// Emissive triangles stay where they were uploaded.
-    ///
-    /// # Errors
-    /// When there is no memory.
-    pub fn record_transforms(
-        &mut self,
-        recording: &mut Recording,
-        transforms: &[Affine3A],
-        refit: bool,
-    ) -> Result<(), Error> {
-        for (record, transform) in self.instances.iter_mut().zip(transforms) {
-            *record = abi::Instance {
-                opaque_base: record.opaque_base,
-                alpha_base: record.alpha_base,
-                source_offset: record.source_offset,
-                ..placement(transform)
-            };
-        }
-        let bytes = bytemuck::cast_slice(&self.instances);
-        let device = self.instance_buffer.device().clone();
-        let staged = Buffer::with_data(&device, "moved instances", Usage::empty(), bytes)?;
-        recording.copy(&staged, &self.instance_buffer, (0, 0), bytes.len() as u64);
-        let moved = transforms.iter().enumerate();
-        self.tlas
-            .set_transforms(moved.map(|(i, t)| (*t, custom_index(i, t))));
-        self.tlas.record_build(recording, refit)
+    /// The scene.
+    pub(crate) fn scene(&self) -> &Arc<Scene> {
+        &self.scene
     }
 
     /// The material whose absorption fills the space at `eye`, or [`abi::NO_MEDIUM`].
     pub(crate) fn medium_at(&self, eye: Vec3) -> u32 {
-        self.media.at(eye).map_or(abi::NO_MEDIUM, |m| m.0)
+        self.scene.media.at(eye).map_or(abi::NO_MEDIUM, |m| m.0)
     }
 
     /// A length no ray inside the scene, seen from `eye`, can exceed.
@@ -367,15 +322,13 @@ impl GpuScene {
     }
 }
 
-/// Number and flags of an instance, as hit shaders read them.
-fn custom_index(index: usize, transform: &Affine3A) -> u32 {
-    let placed = *transform != Affine3A::IDENTITY;
-    index as u32 | if placed { abi::INSTANCE_PLACED } else { 0 }
-}
-
 /// The triangle with its corners counter-clockwise about its normal: in slivers the order of the
-/// corners, rounded as they are, can disagree with the plane, and shaders take the side from it.
+/// corners, rounded as they are, can disagree with the plane, and shaders take the side from it. In
+/// meshes with poses the corners say where the front is.
 fn wound(mesh: &Mesh, t: &Triangle) -> Triangle {
+    if !mesh.poses.is_empty() {
+        return *t;
+    }
     let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
     if (b - a).cross(c - a).dot(t.normal.as_dvec3()) >= 0.0 {
         return *t;
@@ -397,36 +350,24 @@ fn blas_input(
     indices: &Arc<Buffer>,
     once: bool,
 ) -> BlasInput {
-    let index_bytes = size_of::<[u32; 3]>() as u64;
-    let alpha = (mesh.triangles.len() - mesh.first_alpha_tested) as u32;
-    let opaque = mesh.first_alpha_tested as u32;
-    let geometry = |first: u32, triangles: u32, opaque: bool| BlasGeometry {
-        index_offset: (part.index_base + u64::from(first)) * index_bytes,
-        triangles,
-        opaque,
-        once,
-    };
-    let mut geometries = Vec::new();
-    if opaque > 0 {
-        geometries.push(geometry(0, opaque, true));
-    }
-    if alpha > 0 {
-        geometries.push(geometry(opaque, alpha, false));
-    }
     BlasInput {
         name: format!("BLAS {}", mesh.name),
         positions: positions.clone(),
         position_offset: part.position_base * size_of::<[f32; 3]>() as u64,
         position_count: mesh.positions.len().max(1) as u32,
-        indices: indices.clone(),
-        geometries,
+        indices: Some((
+            indices.clone(),
+            part.index_base * size_of::<[u32; 3]>() as u64,
+        )),
+        geometries: poses::geometries(part.first_alpha, mesh.triangles.len() as u32, once),
     }
 }
 
-fn triangle(mesh: &Mesh, t: &Triangle, transform: &Affine3A) -> abi::Triangle {
+/// The record of a triangle of a mesh with vertices at `positions`.
+fn triangle(positions: &[Vec3], t: &Triangle, transform: &Affine3A) -> abi::Triangle {
     let corner = |i: usize| {
         transform
-            .transform_point3(mesh.positions[t.vertices[i] as usize])
+            .transform_point3(positions[t.vertices[i] as usize])
             .to_array()
     };
     // The cofactor matrix, with the sign of the determinant, keeps the normal on its side under
@@ -502,7 +443,8 @@ fn finish(f: &scene::Finish) -> abi::Finish {
     }
 }
 
-fn light(l: &scene::PointLight, inv_total_weight: f32) -> abi::Light {
+/// The record of a point light that is chosen with this probability.
+fn light(l: &scene::PointLight, probability: f32) -> abi::Light {
     let (mut direction, cos_inner, cos_outer) = match l.spot {
         Some(spot) => (spot.direction, spot.cos_inner, spot.cos_outer),
         None => (Vec3::Z, -2.0, -2.0),
@@ -523,7 +465,7 @@ fn light(l: &scene::PointLight, inv_total_weight: f32) -> abi::Light {
         position: l.position.to_array(),
         radius: l.radius,
         intensity: l.intensity.to_array(),
-        probability: l.weight() * inv_total_weight,
+        probability,
         direction: direction.to_array(),
         cos_inner,
         cos_outer,

@@ -1,19 +1,20 @@
 //! The passes, and the frame that is made of them.
 
 pub mod path_trace;
+pub mod pose;
 pub mod tonemap;
 
 use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
 use crate::vk::{Error, Recording};
-use glam::Affine3A;
 use path_trace::{PathTrace, Samples};
+use scene::Frame as Moment;
 use scene::render::Settings;
 
 /// What one frame does.
 pub(crate) struct Frame<'a> {
-    /// Where instances move to, with `refit` or a rebuild of the top level; `None` if none moved.
-    pub moved: Option<(&'a [Affine3A], bool)>,
+    /// What is shown from now on; `None` if nothing has changed.
+    pub moment: Option<&'a Moment>,
     /// Who looks, and how.
     pub settings: &'a Settings,
     /// Samples to add.
@@ -30,11 +31,12 @@ pub(crate) fn record_frame(
     recording: &mut Recording,
     scene: &mut GpuScene,
     film: &GpuFilm,
-    path_trace: &PathTrace,
+    path_trace: &mut PathTrace,
     frame: &Frame<'_>,
 ) -> Result<(), Error> {
-    if let Some((transforms, refit)) = frame.moved {
-        scene.record_transforms(recording, transforms, refit)?;
+    if let Some(moment) = frame.moment {
+        scene.record_moment(recording, moment)?;
+        path_trace.follow(scene)?;
     }
     recording.span("path trace", |r| {
         path_trace.record(r, scene, film, frame.settings, &frame.samples)

@@ -6,7 +6,7 @@ use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
 use crate::vk::{
     Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
-    Specialization,
+    Specialization, Tlas,
 };
 use scene::render::{Estimator, MOST_CANDIDATES, Sampler, Selection, Settings};
 use std::sync::Arc;
@@ -43,6 +43,8 @@ impl Samples {
 pub(crate) struct PathTrace {
     pipeline: Arc<RayTracingPipeline>,
     set: Arc<DescriptorSet>,
+    /// The structure that the set has.
+    tlas: Arc<Tlas>,
     log: Option<RayLog>,
 }
 
@@ -98,6 +100,10 @@ impl PathTrace {
             u32::from(settings.sampler == Sampler::Sobol),
             u32::from(features.style_layers),
             u32::from(features.fog),
+            u32::from(features.poses),
+            u32::from(features.skins),
+            u32::from(features.masks),
+            u32::from(features.frames),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
@@ -136,7 +142,21 @@ impl PathTrace {
             size_of::<abi::PathTraceParams>() as u32,
         )?;
         let set = DescriptorSet::new(&pipeline, &scene.tlas, scene.textures.clone())?;
-        Ok(Self { pipeline, set, log })
+        Ok(Self {
+            pipeline,
+            set,
+            tlas: scene.tlas.clone(),
+            log,
+        })
+    }
+
+    /// Takes the scene's top-level structure where it has another than before.
+    pub fn follow(&mut self, scene: &GpuScene) -> Result<(), Error> {
+        if !Arc::ptr_eq(&self.tlas, &scene.tlas) {
+            self.tlas = scene.tlas.clone();
+            self.set = DescriptorSet::new(&self.pipeline, &self.tlas, scene.textures.clone())?;
+        }
+        Ok(())
     }
 
     /// Records `samples`, the next ones of each pixel.

@@ -63,11 +63,11 @@ impl Drop for Accel {
     }
 }
 
-/// Indexed triangles of one kind.
+/// Triangles of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct BlasGeometry {
-    /// Byte offset of the first index in [`BlasInput::indices`].
-    pub index_offset: u64,
+    /// The first one in its [`BlasInput`].
+    pub first: u32,
     /// Number of triangles.
     pub triangles: u32,
     /// Without any-hit shader.
@@ -87,8 +87,9 @@ pub struct BlasInput {
     pub position_offset: u64,
     /// Number of positions, > 0.
     pub position_count: u32,
-    /// 32-bit indices relative to the first position.
-    pub indices: Arc<Buffer>,
+    /// 32-bit indices relative to the first position, and the byte offset of the first triangle's. Else
+    /// there are three positions for each triangle, in their order.
+    pub indices: Option<(Arc<Buffer>, u64)>,
     /// Parts; hit shaders see their position in this list as geometry index.
     pub geometries: Vec<BlasGeometry>,
 }
@@ -96,6 +97,19 @@ pub struct BlasInput {
 /// A bottom-level acceleration structure: one mesh.
 pub struct Blas {
     accel: Accel,
+    /// Bytes of scratch memory for a build and for an update, of those that frames build.
+    scratch: [u64; 2],
+}
+
+/// What a frame does to a bottom-level structure made by [`Blas::for_frames`].
+pub struct Rebuild {
+    /// The structure.
+    pub blas: Arc<Blas>,
+    /// Its triangles now; no more of them than it was made for.
+    pub input: BlasInput,
+    /// Not built but updated: from this one, which was built of as many triangles. What comes out
+    /// depends on the two alone, not on what the structure was before.
+    pub from: Option<Arc<Blas>>,
 }
 
 impl Blas {
@@ -148,7 +162,10 @@ impl Blas {
             infos.push(info.dst_acceleration_structure(accel.raw));
             scratch_offsets.push(scratch_size);
             scratch_size += sizes.build_scratch_size.next_multiple_of(alignment);
-            full.push(Arc::new(Self { accel }));
+            full.push(Arc::new(Self {
+                accel,
+                scratch: [0; 2],
+            }));
         }
         let scratch = scratch_buffer(device, scratch_size)?;
         let first = scratch.address().next_multiple_of(alignment);
@@ -185,8 +202,7 @@ impl Blas {
             Ok(())
         })?;
         for (input, blas) in inputs.iter().zip(&full) {
-            recording.keep(input.positions.clone());
-            recording.keep(input.indices.clone());
+            input.keep(&mut recording);
             recording.keep(blas.clone());
         }
         recording.keep(scratch);
@@ -214,7 +230,10 @@ impl Blas {
                         .accel
                         .cmd_copy_acceleration_structure(r.commands, &info)
                 };
-                compact.push(Arc::new(Self { accel }));
+                compact.push(Arc::new(Self {
+                    accel,
+                    scratch: [0; 2],
+                }));
             }
             Ok(compact)
         })?;
@@ -225,11 +244,144 @@ impl Blas {
         Ok((compact, timings))
     }
 
+    /// Makes room for a structure that frames build from as many triangles as `input` has, or fewer,
+    /// or update. Nothing is built yet.
+    ///
+    /// # Errors
+    /// When it has more triangles than the device allows, or there is no memory.
+    pub fn for_frames(device: &Arc<Device>, input: &BlasInput) -> Result<Arc<Self>, Error> {
+        let geometry = geometry_structs(input);
+        let counts: Vec<u32> = input.geometries.iter().map(|g| g.triangles).collect();
+        let triangles = counts.iter().map(|&n| u64::from(n)).sum();
+        let allowed = device.limits().max_primitives;
+        check_limit("triangles in a mesh", triangles, allowed)?;
+        let sizes = build_sizes(device, &frames_info(&geometry), &counts);
+        let accel = Accel::new(
+            device,
+            &input.name,
+            sizes.acceleration_structure_size,
+            vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+        )?;
+        let scratch = [sizes.build_scratch_size, sizes.update_scratch_size];
+        Ok(Arc::new(Self { accel, scratch }))
+    }
+
+    /// Records builds and updates, all at once.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn record_rebuilds(
+        recording: &mut Recording,
+        rebuilds: &[Rebuild],
+        scratch: &mut Scratch,
+    ) -> Result<(), Error> {
+        if rebuilds.is_empty() {
+            return Ok(());
+        }
+        let device = recording.device.clone();
+        let alignment = u64::from(device.limits().scratch_alignment);
+        let mut size = 0;
+        let offsets: Vec<u64> = (rebuilds.iter())
+            .map(|r| {
+                let at = size;
+                let needed = r.blas.scratch[usize::from(r.from.is_some())];
+                size += needed.next_multiple_of(alignment);
+                at
+            })
+            .collect();
+        let memory = scratch.at_least(&device, size)?;
+        let first = memory.address().next_multiple_of(alignment);
+        let geometries: Vec<Vec<_>> = rebuilds
+            .iter()
+            .map(|r| geometry_structs(&r.input))
+            .collect();
+        let ranges: Vec<Vec<_>> = (rebuilds.iter())
+            .map(|r| {
+                r.input
+                    .geometries
+                    .iter()
+                    .map(|g| range(g.triangles))
+                    .collect()
+            })
+            .collect();
+        let infos: Vec<_> = (rebuilds.iter().zip(&geometries).zip(&offsets))
+            .map(|((r, geometry), offset)| {
+                let info = frames_info(geometry)
+                    .dst_acceleration_structure(r.blas.accel.raw)
+                    .scratch_data(vk::DeviceOrHostAddressKHR {
+                        device_address: first + offset,
+                    });
+                match &r.from {
+                    None => info,
+                    Some(from) => info
+                        .mode(vk::BuildAccelerationStructureModeKHR::UPDATE)
+                        .src_acceleration_structure(from.accel.raw),
+                }
+            })
+            .collect();
+        let ranges: Vec<&[_]> = ranges.iter().map(Vec::as_slice).collect();
+        recording.access(&[Access::BuildRead, Access::BuildWrite]);
+        // SAFETY: inputs, scratch memory and structures are kept alive below; sizes are those the
+        // driver asked for or more; scratch areas are aligned and do not overlap; an update has the
+        // geometry of what it updates from.
+        unsafe {
+            device
+                .accel
+                .cmd_build_acceleration_structures(recording.commands, &infos, &ranges);
+        }
+        recording.keep(memory);
+        for r in rebuilds {
+            r.input.keep(recording);
+            recording.keep((r.blas.clone(), r.from.clone()));
+        }
+        Ok(())
+    }
+
     /// Bytes of device memory.
     #[must_use]
     pub fn size(&self) -> u64 {
         self.accel.buffer.size()
     }
+}
+
+impl BlasInput {
+    fn keep(&self, recording: &mut Recording) {
+        recording.keep((self.positions.clone(), self.indices.clone()));
+    }
+}
+
+/// Scratch memory that frames share; it grows and never shrinks.
+#[derive(Default)]
+pub struct Scratch {
+    buffer: Option<Arc<Buffer>>,
+}
+
+impl Scratch {
+    fn at_least(&mut self, device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, Error> {
+        let enough = size + u64::from(device.limits().scratch_alignment);
+        match &self.buffer {
+            Some(buffer) if buffer.size() >= enough => Ok(buffer.clone()),
+            _ => {
+                let buffer = scratch_buffer(device, size.next_power_of_two())?;
+                self.buffer = Some(buffer.clone());
+                Ok(buffer)
+            }
+        }
+    }
+}
+
+/// How frames build bottom-level structures.
+fn frames_info<'a>(
+    geometry: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
+    vk::AccelerationStructureBuildGeometryInfoKHR::default()
+        .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
+        .flags(
+            vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_BUILD
+                | vk::BuildAccelerationStructureFlagsKHR::ALLOW_UPDATE,
+        )
+        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+        .geometries(geometry)
 }
 
 /// A query pool for compacted sizes.
@@ -291,50 +443,53 @@ pub struct TlasInstance {
     pub blas: Arc<Blas>,
     /// Local to world space.
     pub transform: Affine3A,
-    /// What hit shaders see as custom index; 24 bits, of which scenes use the lower 23 as number.
+    /// What hit shaders see as custom index; 24 bits, of which scenes use the lower 21 as number.
     pub custom_index: u32,
+    /// Rays whose mask has a bit in common meet it.
+    pub mask: u8,
     /// First hit group of the mesh.
     pub hit_group: u32,
 }
 
-/// The top-level acceleration structure: rebuilt or refitted when instances move.
+/// The top-level acceleration structure: rebuilt when instances move.
 pub struct Tlas {
     accel: Accel,
     scratch: Arc<Buffer>,
-    count: u32,
-    instances: Vec<TlasInstance>,
+    capacity: u32,
 }
 
 impl Tlas {
-    /// Makes room for exactly these instances. Nothing is built yet.
+    /// Makes room for so many instances. Nothing is built yet.
     ///
     /// # Errors
     /// When there are more instances than the device allows, or there is no memory.
-    pub fn new(device: &Arc<Device>, instances: Vec<TlasInstance>) -> Result<Self, Error> {
-        let count = instances.len() as u32;
+    pub fn new(device: &Arc<Device>, capacity: u32) -> Result<Arc<Self>, Error> {
         check_limit(
             "instances",
-            u64::from(count),
+            u64::from(capacity),
             device
                 .limits()
                 .max_instances
                 .min(u64::from(crate::abi::INSTANCE_INDEX) + 1),
         )?;
         let geometry = [instance_geometry(0)];
-        let info = Self::build_info(&geometry);
-        let sizes = build_sizes(device, &info, &[count]);
-        let scratch_size = sizes.build_scratch_size.max(sizes.update_scratch_size);
-        Ok(Self {
+        let sizes = build_sizes(device, &Self::build_info(&geometry), &[capacity]);
+        Ok(Arc::new(Self {
             accel: Accel::new(
                 device,
                 "TLAS",
                 sizes.acceleration_structure_size,
                 vk::AccelerationStructureTypeKHR::TOP_LEVEL,
             )?,
-            scratch: scratch_buffer(device, scratch_size)?,
-            count,
-            instances,
-        })
+            scratch: scratch_buffer(device, sizes.build_scratch_size)?,
+            capacity,
+        }))
+    }
+
+    /// Most instances that it has room for.
+    #[must_use]
+    pub fn capacity(&self) -> u32 {
+        self.capacity
     }
 
     fn build_info<'a>(
@@ -342,29 +497,23 @@ impl Tlas {
     ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
         vk::AccelerationStructureBuildGeometryInfoKHR::default()
             .ty(vk::AccelerationStructureTypeKHR::TOP_LEVEL)
-            .flags(
-                vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE
-                    | vk::BuildAccelerationStructureFlagsKHR::ALLOW_UPDATE,
-            )
+            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
             .geometries(geometry)
     }
 
-    /// Gives every instance a new transform and custom index, in their order. Takes effect with the
-    /// next build.
-    pub fn set_transforms(&mut self, placed: impl IntoIterator<Item = (Affine3A, u32)>) {
-        for (instance, (transform, custom_index)) in self.instances.iter_mut().zip(placed) {
-            (instance.transform, instance.custom_index) = (transform, custom_index);
-        }
-    }
-
-    /// Records a build from scratch, or with `refit` an update of what was built before: cheaper,
-    /// and slower to trace the further instances have moved. Spans `rebuild TLAS`, `refit TLAS`.
+    /// Records a build from these instances, no more than it has room for. Span `rebuild TLAS`.
     ///
     /// # Errors
     /// When there is no memory.
-    pub fn record_build(&self, recording: &mut Recording, refit: bool) -> Result<(), Error> {
+    pub fn record_build(
+        self: &Arc<Self>,
+        recording: &mut Recording,
+        instances: &[TlasInstance],
+    ) -> Result<(), Error> {
+        assert!(instances.len() <= self.capacity as usize, "room for all");
         let device = recording.device.clone();
-        let records: Vec<_> = self.instances.iter().map(instance_record).collect();
+        let records: Vec<_> = instances.iter().map(instance_record).collect();
         // SAFETY: a plain C struct without padding, viewed as bytes.
         let bytes = unsafe {
             std::slice::from_raw_parts(records.as_ptr().cast::<u8>(), size_of_val(&records[..]))
@@ -377,24 +526,15 @@ impl Tlas {
         )?;
         let geometry = [instance_geometry(input.address())];
         let alignment = u64::from(device.limits().scratch_alignment);
-        let mut info = Self::build_info(&geometry)
-            .mode(if refit {
-                vk::BuildAccelerationStructureModeKHR::UPDATE
-            } else {
-                vk::BuildAccelerationStructureModeKHR::BUILD
-            })
+        let info = Self::build_info(&geometry)
             .dst_acceleration_structure(self.accel.raw)
             .scratch_data(vk::DeviceOrHostAddressKHR {
                 device_address: self.scratch.address().next_multiple_of(alignment),
             });
-        if refit {
-            info = info.src_acceleration_structure(self.accel.raw);
-        }
-        let ranges = [range(self.count)];
-        recording.span(if refit { "refit TLAS" } else { "rebuild TLAS" }, |r| {
+        let ranges = [range(instances.len() as u32)];
+        recording.span("rebuild TLAS", |r| {
             r.access(&[Access::BuildRead, Access::BuildWrite]);
-            // SAFETY: instances, scratch memory and all structures are kept alive; an update
-            // follows a build with the same count.
+            // SAFETY: instances, scratch memory and all structures are kept alive.
             unsafe {
                 device
                     .accel
@@ -403,7 +543,9 @@ impl Tlas {
             Ok(())
         })?;
         recording.keep(input);
-        recording.keep(self.scratch.clone());
+        recording.keep(self.clone());
+        let used: Vec<Arc<Blas>> = instances.iter().map(|i| i.blas.clone()).collect();
+        recording.keep(used);
         Ok(())
     }
 
@@ -459,22 +601,33 @@ fn range(primitives: u32) -> vk::AccelerationStructureBuildRangeInfoKHR {
 }
 
 fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryKHR<'static>> {
+    const CORNER: u64 = 12;
     let positions = input.positions.address() + input.position_offset;
     input
         .geometries
         .iter()
         .map(|g| {
-            let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            let mut triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
                 .vertex_format(vk::Format::R32G32B32_SFLOAT)
                 .vertex_data(vk::DeviceOrHostAddressConstKHR {
                     device_address: positions,
                 })
-                .vertex_stride(12)
+                .vertex_stride(CORNER)
                 .max_vertex(input.position_count - 1)
-                .index_type(vk::IndexType::UINT32)
-                .index_data(vk::DeviceOrHostAddressConstKHR {
-                    device_address: input.indices.address() + g.index_offset,
-                });
+                .index_type(vk::IndexType::NONE_KHR);
+            match &input.indices {
+                Some((indices, offset)) => {
+                    triangles.index_type = vk::IndexType::UINT32;
+                    triangles.index_data = vk::DeviceOrHostAddressConstKHR {
+                        device_address: indices.address() + offset + u64::from(g.first) * 12,
+                    };
+                }
+                None => {
+                    triangles.vertex_data = vk::DeviceOrHostAddressConstKHR {
+                        device_address: positions + u64::from(g.first) * 3 * CORNER,
+                    };
+                }
+            }
             let flags = if g.opaque {
                 vk::GeometryFlagsKHR::OPAQUE
             } else if g.once {
@@ -511,7 +664,7 @@ fn instance_record(instance: &TlasInstance) -> vk::AccelerationStructureInstance
     }
     vk::AccelerationStructureInstanceKHR {
         transform: vk::TransformMatrixKHR { matrix },
-        instance_custom_index_and_mask: vk::Packed24_8::new(instance.custom_index, 0xff),
+        instance_custom_index_and_mask: vk::Packed24_8::new(instance.custom_index, instance.mask),
         instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(
             instance.hit_group,
             vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() as u8,

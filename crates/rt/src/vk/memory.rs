@@ -57,6 +57,16 @@ impl Device {
             })
     }
 
+    /// Bytes that buffers and images have.
+    #[must_use]
+    pub fn allocated_bytes(&self) -> u64 {
+        let allocator = self
+            .allocator
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        allocator.generate_report().total_allocated_bytes
+    }
+
     fn release(&self, allocation: Option<Allocation>) {
         let mut allocator = self
             .allocator

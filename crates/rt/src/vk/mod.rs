@@ -12,14 +12,14 @@ mod memory;
 mod pipeline;
 mod submit;
 
-pub use accel::{Blas, BlasGeometry, BlasInput, Tlas, TlasInstance};
+pub use accel::{Blas, BlasGeometry, BlasInput, Rebuild, Scratch, Tlas, TlasInstance};
 pub use context::{Instance, Options};
 pub use device::{Device, DeviceInfo, DeviceKind, Limits};
 pub use memory::{Buffer, Image, Location};
 pub use pipeline::{
     ComputePipeline, DescriptorSet, RayTracingPipeline, RayTracingShaders, Specialization,
 };
-pub use submit::{Access, Recording, Timing};
+pub use submit::{Access, Recording, Submission, Timing};
 
 pub use ash::vk::BufferUsageFlags as Usage;
 

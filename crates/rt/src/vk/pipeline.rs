@@ -49,9 +49,11 @@ impl Layout {
             let ranges = [vk::PushConstantRange::default()
                 .stage_flags(stages)
                 .size(push_constants)];
+            // A range of no bytes is not allowed.
+            let ranges = &ranges[..usize::from(push_constants > 0)];
             let info = vk::PipelineLayoutCreateInfo::default()
                 .set_layouts(&layouts)
-                .push_constant_ranges(&ranges);
+                .push_constant_ranges(ranges);
             layout.pipeline = device
                 .raw
                 .create_pipeline_layout(&info, None)
@@ -389,19 +391,18 @@ pub struct DescriptorSet {
     raw: vk::DescriptorSet,
     pool: vk::DescriptorPool,
     _textures: Vec<Arc<Image>>,
+    _tlas: Option<Arc<Tlas>>,
     device: Arc<Device>,
 }
 
 impl DescriptorSet {
     /// Makes the set of a pipeline.
     ///
-    /// The caller keeps `tlas` alive as long as the set is used.
-    ///
     /// # Errors
     /// When a call fails.
     pub fn new(
         pipeline: &RayTracingPipeline,
-        tlas: &Tlas,
+        tlas: &Arc<Tlas>,
         textures: Vec<Arc<Image>>,
     ) -> Result<Arc<Self>, Error> {
         assert_eq!(
@@ -420,7 +421,8 @@ impl DescriptorSet {
                 descriptor_count: pipeline.textures,
             },
         ];
-        let set = Self::allocate(device, &sizes, pipeline.layout.sets, textures)?;
+        let mut set = Self::allocate(device, &sizes, pipeline.layout.sets, textures)?;
+        set._tlas = Some(tlas.clone());
         let tlas = [*tlas.raw()];
         let mut structures = vk::WriteDescriptorSetAccelerationStructureKHR::default()
             .acceleration_structures(&tlas);
@@ -470,6 +472,7 @@ impl DescriptorSet {
                 raw: vk::DescriptorSet::null(),
                 pool,
                 _textures: textures,
+                _tlas: None,
                 device: device.clone(),
             };
             let layouts = [layout];
@@ -618,13 +621,15 @@ impl ComputePipeline {
             device
                 .raw
                 .cmd_bind_descriptor_sets(commands, point, layout, 0, &[set.raw], &[]);
-            device.raw.cmd_push_constants(
-                commands,
-                layout,
-                vk::ShaderStageFlags::COMPUTE,
-                0,
-                push_constants,
-            );
+            if !push_constants.is_empty() {
+                device.raw.cmd_push_constants(
+                    commands,
+                    layout,
+                    vk::ShaderStageFlags::COMPUTE,
+                    0,
+                    push_constants,
+                );
+            }
             device.raw.cmd_dispatch(commands, groups[0], groups[1], 1);
         }
         for (buffer, _) in buffers {

@@ -195,6 +195,12 @@ impl Recording {
         }
     }
 
+    /// The device it is for.
+    #[must_use]
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
     /// Keeps an object alive until the GPU is done with this recording.
     pub fn keep(&mut self, object: impl Any + Send + Sync) {
         self.used.push(Arc::new(object));
@@ -370,7 +376,15 @@ impl Recording {
     ///
     /// # Errors
     /// When a call fails or the device is lost.
-    pub fn submit_and_wait(mut self) -> Result<Vec<Timing>, Error> {
+    pub fn submit_and_wait(self) -> Result<Vec<Timing>, Error> {
+        self.submit()?.wait()
+    }
+
+    /// Submits; what is recorded next waits for it on the GPU.
+    ///
+    /// # Errors
+    /// When a call fails or the device is lost.
+    pub fn submit(mut self) -> Result<Submission, Error> {
         self.access(&[Access::HostRead]);
         let device = self.device.clone();
         let (raw, queue) = (&device.raw, &device.queue);
@@ -379,33 +393,27 @@ impl Recording {
         unsafe {
             raw.end_command_buffer(self.commands)
                 .named("vkEndCommandBuffer")?;
-            let value = {
-                let mut submitted = queue
-                    .submitted
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner);
-                let value = *submitted + 1;
-                let buffers =
-                    [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-                let signals = [vk::SemaphoreSubmitInfo::default()
-                    .semaphore(queue.timeline)
-                    .value(value)
-                    .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-                let info = vk::SubmitInfo2::default()
-                    .command_buffer_infos(&buffers)
-                    .signal_semaphore_infos(&signals);
-                raw.queue_submit2(queue.raw, &[info], vk::Fence::null())
-                    .named("vkQueueSubmit2")?;
-                *submitted = value;
-                value
-            };
-            let (semaphores, values) = ([queue.timeline], [value]);
-            let wait = vk::SemaphoreWaitInfo::default()
-                .semaphores(&semaphores)
-                .values(&values);
-            raw.wait_semaphores(&wait, u64::MAX)
-                .named("vkWaitSemaphores")?;
-            self.timings()
+            let mut submitted = queue
+                .submitted
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            let value = *submitted + 1;
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+            let signals = [vk::SemaphoreSubmitInfo::default()
+                .semaphore(queue.timeline)
+                .value(value)
+                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+            let info = vk::SubmitInfo2::default()
+                .command_buffer_infos(&buffers)
+                .signal_semaphore_infos(&signals);
+            raw.queue_submit2(queue.raw, &[info], vk::Fence::null())
+                .named("vkQueueSubmit2")?;
+            *submitted = value;
+            drop(submitted);
+            Ok(Submission {
+                recording: self,
+                value,
+            })
         }
     }
 
@@ -440,11 +448,46 @@ impl Recording {
 
 impl Drop for Recording {
     fn drop(&mut self) {
-        // SAFETY: either never submitted, or `submit_and_wait` has waited. (If the wait failed the
-        // device is lost, and destroying is allowed.) Destroying null handles is allowed.
+        // SAFETY: either never submitted, or its submission has waited. (If the wait failed the device
+        // is lost, and destroying is allowed.) Destroying null handles is allowed.
         unsafe {
             self.device.raw.destroy_query_pool(self.queries, None);
             self.device.raw.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+/// A recording that the GPU works on. Dropping it waits.
+pub struct Submission {
+    recording: Recording,
+    /// What the queue's semaphore is when the work is done.
+    value: u64,
+}
+
+impl Submission {
+    /// Waits until the GPU is done. Returns the GPU times of the spans, in order.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn wait(self) -> Result<Vec<Timing>, Error> {
+        self.wait_for_it()?;
+        self.recording.timings()
+    }
+
+    fn wait_for_it(&self) -> Result<(), Error> {
+        let device = &self.recording.device;
+        let (semaphores, values) = ([device.queue.timeline], [self.value]);
+        let wait = vk::SemaphoreWaitInfo::default()
+            .semaphores(&semaphores)
+            .values(&values);
+        // SAFETY: the semaphore lives as long as the device.
+        unsafe { device.raw.wait_semaphores(&wait, u64::MAX) }.named("vkWaitSemaphores")
+    }
+}
+
+impl Drop for Submission {
+    fn drop(&mut self) {
+        // What it uses is freed next. A lost device uses nothing any more.
+        let _ = self.wait_for_it();
     }
 }

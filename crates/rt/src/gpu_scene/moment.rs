@@ -1,0 +1,309 @@
+//! What a moment of a scene has: everything that frames change, in one buffer that is written at once.
+
+use super::loose::LOOSE;
+use super::poses::Posed;
+use super::{GpuScene, light, placement};
+use crate::abi;
+use crate::vk::{Buffer, Error, Location, Recording, Tlas, TlasInstance, Usage};
+use glam::{Affine3A, Vec3};
+use scene::emitter::{MovingLight, MovingLights};
+use scene::{Frame, Instance, Scene, SeenBy};
+
+/// Alignment of the parts of the buffer.
+const ALIGNMENT: usize = 256;
+
+/// The arrays of a moment, one after the other.
+struct Arrays {
+    bytes: Vec<u8>,
+}
+
+impl Arrays {
+    /// Adds an array; returns where it begins.
+    fn add<T: bytemuck::NoUninit>(&mut self, data: &[T]) -> u64 {
+        let at = self.bytes.len();
+        self.bytes.extend_from_slice(bytemuck::cast_slice(data));
+        let end = self.bytes.len().next_multiple_of(ALIGNMENT);
+        self.bytes.resize(end, 0);
+        at as u64
+    }
+}
+
+/// An instance's number and flags, as hit shaders read them.
+fn custom_index(number: usize, instance: &Instance, posed: bool) -> u32 {
+    let flag = |on: bool, flag: u32| if on { flag } else { 0 };
+    number as u32
+        | flag(
+            instance.transform != Affine3A::IDENTITY,
+            abi::INSTANCE_PLACED,
+        )
+        | flag(posed, abi::INSTANCE_POSED)
+        | flag(!instance.seen_by.others(), abi::INSTANCE_APART)
+}
+
+/// Which rays meet an instance.
+fn mask(seen_by: SeenBy) -> u8 {
+    let mask = match (seen_by.camera(), seen_by.others()) {
+        (true, true) => abi::MASK_ALL,
+        (true, false) => abi::MASK_CAMERA,
+        (false, _) => abi::MASK_OTHERS,
+    };
+    mask as u8
+}
+
+impl GpuScene {
+    /// Shows a moment: records what follows from where everything is. The frame fits the scene
+    /// ([`Frame::check`]).
+    ///
+    /// # Errors
+    /// When it is larger than the device allows, or there is no memory.
+    pub fn record_moment(&mut self, recording: &mut Recording, frame: &Frame) -> Result<(), Error> {
+        let posed = match &mut self.poses {
+            Some(poses) => {
+                let posed = poses.record(recording, &frame.instances)?;
+                self.data.posed_corners = poses.corners();
+                posed
+            }
+            None => vec![None; frame.instances.len()],
+        };
+        let mut placed = self.placed(frame, &posed);
+        let loose = self.record_loose(recording, &frame.loose, frame.instances.len())?;
+        let moving = MovingLights::new(&self.scene, frame);
+        self.record_arrays(recording, frame, &posed, &moving)?;
+        placed.extend(loose);
+        if placed.len() > self.tlas.capacity() as usize {
+            let device = recording.device().clone();
+            self.tlas = Tlas::new(&device, (placed.len() as u32).next_power_of_two())?;
+        }
+        self.tlas.record_build(recording, &placed)?;
+        self.bounds = self.bounds_of(frame);
+        Ok(())
+    }
+
+    /// The instances of a frame for the top-level structure. Meshes without triangles are left out.
+    fn placed(&self, frame: &Frame, posed: &[Option<Posed>]) -> Vec<TlasInstance> {
+        (frame.instances.iter().zip(posed).enumerate())
+            .filter_map(|(number, (instance, posed))| {
+                let blas = match posed {
+                    Some(posed) => posed.blas.clone(),
+                    None => self.blas[instance.mesh].clone()?,
+                };
+                Some(TlasInstance {
+                    blas,
+                    transform: instance.transform,
+                    custom_index: custom_index(number, instance, posed.is_some()),
+                    mask: mask(instance.seen_by),
+                    hit_group: u32::from(self.scene.meshes[instance.mesh].first_alpha_tested == 0),
+                })
+            })
+            .collect()
+    }
+
+    /// Writes the arrays that shaders read.
+    fn record_arrays(
+        &mut self,
+        recording: &mut Recording,
+        frame: &Frame,
+        posed: &[Option<Posed>],
+        moving: &MovingLights,
+    ) -> Result<(), Error> {
+        let scene = self.scene.clone();
+        let probabilities = probabilities(frame, moving);
+        let mut instances: Vec<abi::Instance> = (frame.instances.iter().enumerate())
+            .map(|(number, i)| self.instance(number, i))
+            .collect();
+        let mut figures: Vec<abi::Figure> = (frame.instances.iter().zip(posed).enumerate())
+            .map(|(number, (instance, posed))| abi::Figure {
+                skin: instance.material.map_or(abi::NO_SKIN, |m| m.0),
+                posed: posed.as_ref().map_or(0, |p| {
+                    p.first
+                        .wrapping_sub(self.parts[instance.mesh].triangle_base)
+                }),
+                probability: probabilities[number],
+                padding: 0,
+            })
+            .collect();
+        // The loose triangles are an instance behind the others.
+        instances.push(self.loose_instance(&frame.loose));
+        figures.push(LOOSE);
+        let own = scene.emitters.total_weight;
+        let per_weight = if own > 0.0 { 1.0 / own } else { 0.0 };
+        let lights: Vec<abi::Light> = (scene.lights_now(&frame.styles).iter())
+            .zip(&scene.lights)
+            // A style that is dark now does not change the choice.
+            .map(|(now, listed)| light(now, listed.weight() * per_weight))
+            .collect();
+        let styles = scene.styles_now(&frame.styles);
+        let light_styles: Vec<abi::StyleOfLight> = (scene.lights.iter())
+            .map(|l| {
+                let plane = scene.style_of(l);
+                abi::StyleOfLight {
+                    plane: plane as u32,
+                    brightness: styles.get(plane).map_or(1.0, |s| s.brightness),
+                }
+            })
+            .collect();
+        let spheres: Vec<abi::Light> = frame.lights.iter().map(|l| light(l, 0.0)).collect();
+        let moving_lights = self.moving_lights(frame, posed, moving);
+
+        let mut arrays = Arrays { bytes: Vec::new() };
+        arrays.add(&[self.data]);
+        let places = [
+            arrays.add(&instances),
+            arrays.add(&figures),
+            arrays.add(&lights),
+            arrays.add(&light_styles),
+            arrays.add(&spheres),
+            arrays.add(&moving_lights),
+        ];
+        let size = arrays.bytes.len() as u64;
+        if self.moment.size() < size {
+            let room = size.next_power_of_two();
+            let device = recording.device().clone();
+            let usage = Usage::STORAGE_BUFFER;
+            self.moment = Buffer::new(&device, "moment", room, usage, Location::Device)?;
+            self.address = self.moment.address();
+        }
+        let [
+            instances,
+            figures,
+            lights,
+            light_styles,
+            spheres,
+            moving_lights,
+        ] = places.map(|at| self.address + at);
+        self.data = abi::SceneData {
+            instances,
+            figures,
+            lights,
+            light_styles,
+            moving_spheres: spheres,
+            moving_lights,
+            moving_share: moving.share,
+            moving_count: moving.lights.len() as u32,
+            ..self.data
+        };
+        let head = bytemuck::bytes_of(&self.data);
+        arrays.bytes[..head.len()].copy_from_slice(head);
+        let device = recording.device().clone();
+        let staged = Buffer::with_data(&device, "moment", Usage::empty(), &arrays.bytes)?;
+        recording.span("upload moment", |r| {
+            r.copy(&staged, &self.moment, (0, 0), size);
+            Ok(())
+        })
+    }
+
+    /// The record of an instance.
+    fn instance(&self, number: usize, instance: &Instance) -> abi::Instance {
+        let (part, mesh) = (
+            &self.parts[instance.mesh],
+            &self.scene.meshes[instance.mesh],
+        );
+        let alpha_base = part.triangle_base + part.first_alpha;
+        // A mesh of alpha-tested triangles alone has them as geometry 0.
+        let only_alpha = mesh.first_alpha_tested == 0;
+        let source_start = match self.scene.features.frames {
+            false => self.source_starts[number],
+            true if number == 0 => self.source_starts[0],
+            true => (self.scene.moving.list_of(instance))
+                .map_or(0, |list| self.source_starts[1 + list as usize]),
+        };
+        abi::Instance {
+            opaque_base: if only_alpha {
+                alpha_base
+            } else {
+                part.triangle_base
+            },
+            alpha_base,
+            source_offset: source_start.wrapping_sub(part.triangle_base),
+            ..placement(&instance.transform)
+        }
+    }
+
+    /// The choice among what moves, as shaders read it.
+    fn moving_lights(
+        &self,
+        frame: &Frame,
+        posed: &[Option<Posed>],
+        moving: &MovingLights,
+    ) -> Vec<abi::MovingLight> {
+        let entries = (moving.lights.iter().zip(&moving.probabilities)).zip(&moving.alias);
+        entries
+            .map(|((light, probability), &(keep, other))| {
+                let entry = abi::MovingLight {
+                    instance: abi::NO_INSTANCE,
+                    first: 0,
+                    count: 0,
+                    alias: 0,
+                    probability: moving.share * probability,
+                    keep,
+                    other,
+                    padding: 0,
+                };
+                match *light {
+                    MovingLight::Point(first) => abi::MovingLight { first, ..entry },
+                    MovingLight::Instance { number, list } => {
+                        let number = number as usize;
+                        let (instance, posed) = (&frame.instances[number], &posed[number]);
+                        let list = &self.lists[list as usize];
+                        abi::MovingLight {
+                            instance: custom_index(number, instance, posed.is_some()),
+                            first: list.first_emitter,
+                            count: list.emitters,
+                            alias: list.first_alias,
+                            ..entry
+                        }
+                    }
+                }
+            })
+            .collect()
+    }
+
+    /// Bounds of a frame and the scene.
+    fn bounds_of(&self, frame: &Frame) -> (Vec3, Vec3) {
+        let scene = &self.scene;
+        let mut bounds = (scene.bounds_min, scene.bounds_max);
+        let mut hold = |p: Vec3| bounds = (bounds.0.min(p), bounds.1.max(p));
+        for instance in frame.instances.iter().skip(1) {
+            let (low, high) = self.parts[instance.mesh].bounds;
+            for corner in 0..8 {
+                let pick = |axis: usize| [low, high][corner >> axis & 1][axis];
+                let p = Vec3::new(pick(0), pick(1), pick(2));
+                if p.is_finite() {
+                    hold(instance.transform.transform_point3(p));
+                }
+            }
+        }
+        frame.loose.positions.iter().copied().for_each(hold);
+        bounds
+    }
+
+    /// The moment that the scene holds, whatever the camera.
+    pub(super) fn first_moment(scene: &Scene) -> Frame {
+        Frame {
+            camera: scene::Camera {
+                name: String::new(),
+                position: Vec3::ZERO,
+                pitch_deg: 0.0,
+                yaw_deg: 0.0,
+                roll_deg: 0.0,
+                fov_deg: scene::camera::DEFAULT_FOV_DEG,
+            },
+            time: 0.0,
+            instances: scene.instances.clone(),
+            loose: scene::Mesh::default(),
+            lights: Vec::new(),
+            styles: scene.brightness.clone(),
+        }
+    }
+}
+
+/// By instance, the probability with which light sampling chooses it.
+fn probabilities(frame: &Frame, moving: &MovingLights) -> Vec<f32> {
+    let mut all = vec![0.0; frame.instances.len()];
+    for (light, probability) in moving.lights.iter().zip(&moving.probabilities) {
+        if let MovingLight::Instance { number, .. } = *light {
+            all[number as usize] = moving.share * probability;
+        }
+    }
+    all
+}
