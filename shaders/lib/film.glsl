@@ -29,6 +29,20 @@ void film_add_style(uint plane, uint pixel, uint pixels, vec3 radiance) {
     params.film.at[at].rgb += radiance;
 }
 
+// Darkens what was reflected to CLAMP in its largest channel, and counts in a plane of its own what that
+// takes, and how often.
+void film_clamp(inout PathSample path, uint pixel, uint pixels) {
+    const vec3 reflected = path.direct + path.indirect;
+    const float largest = max(reflected.x, max(reflected.y, reflected.z));
+    const float limit = uintBitsToFloat(CLAMP);
+    if (!(largest > limit)) return;
+    const float kept = limit / largest;
+    path.direct *= kept;
+    path.indirect *= kept;
+    const uint at = (ALL_LAYERS ? PLANES_ALL : PLANES_BASIC) * pixels + pixel;
+    params.film.at[at] += vec4(reflected - (path.direct + path.indirect), 1.0);
+}
+
 struct FilmState {
     vec4 beauty;        // sum rgb, count
     vec4 deviation;     // sum of squared deviations rgb, id

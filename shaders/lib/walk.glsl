@@ -48,8 +48,8 @@ bool survives(inout Walk walk, float u) {
 // Light that ends a path with this many reflections goes to its layer, or all to the first one:
 // what is not asked for need not be kept alive while rays are traced.
 void add_radiance(inout PathSample path, uint reflections, vec3 radiance) {
-    if (!ALL_LAYERS || reflections == 0u) path.emission += radiance;
-    else if (reflections == 1u) path.direct += radiance;
+    if (!(ALL_LAYERS || CLAMP != 0u) || reflections == 0u) path.emission += radiance;
+    else if (!ALL_LAYERS || reflections == 1u) path.direct += radiance;
     else path.indirect += radiance;
 }
 

@@ -99,6 +99,7 @@ fn settings(
         time: 0.0,
         seed: 0,
         aovs: false,
+        clamp: None,
     }
 }
 

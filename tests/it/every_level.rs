@@ -44,6 +44,7 @@ fn every_level_renders() {
                 time: 0.0,
                 seed: 0,
                 aovs: false,
+                clamp: None,
             };
             let film = render(device, &scene, &settings, 1);
             let escaped = film.counters.escaped;

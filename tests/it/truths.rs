@@ -289,6 +289,45 @@ fn layers_add_up_and_describe_the_first_hit() {
     }
 }
 
+#[test]
+fn what_a_clamp_takes_is_counted() {
+    // A small bright lamp on the wall and a bright one in sight: most light is in few samples.
+    let mut b = Builder::new();
+    let (wall, lamp) = (b.plain(GREY, 0.0), b.plain(0, 400.0));
+    b.cuboid(Vec3::splat(-40.0), Vec3::splat(40.0), true, [wall; 6]);
+    b.slab(Vec3::new(20., 10., 39.), [4.0; 2], false, lamp, [1.0; 2]);
+    b.slab(Vec3::new(28., 16., -15.), [2.0; 2], true, lamp, [1.0; 2]);
+    let scene = b.build();
+    for aovs in [false, true] {
+        let mut s = settings(inside(), 16, Estimator::Naive, 4);
+        s.aovs = aovs;
+        let free = render(&scene, &s, 64);
+        assert_eq!((free.clamped, free.clamped_share()), (None, 0.0));
+        s.clamp = Some(2.0);
+        let film = render(&scene, &s, 64);
+        let clamped = film.clamped.expect("what is lost");
+        let (all, kept) = (free.mean_radiance(), film.mean_radiance());
+        for c in 0..3 {
+            let sum = kept[c] + clamped.lost[c];
+            assert!((sum / all[c] - 1.0).abs() < 1e-5, "{sum} is not {}", all[c]);
+        }
+        let share = clamped.lost[1] / all[1];
+        assert!((film.clamped_share() - share).abs() < 1e-5 && share > 0.1, "{share}");
+        assert!(clamped.samples > 10 && clamped.samples < film.counters.paths / 4);
+        if aovs {
+            // What the camera sees shine is as it was, and a mean is no more than the most of its samples.
+            assert_eq!(film.emission, free.emission);
+            assert!(free.emission.iter().any(|p| p[0] > 2.0));
+            let reflected = |i: usize| film.direct[i][0] + film.indirect[i][0];
+            assert!((0..256).all(|i| reflected(i) <= 2.0 + 1e-4));
+        }
+        // A clamp that nothing exceeds changes nothing.
+        s.clamp = Some(1e6);
+        let film = render(&scene, &s, 64);
+        assert_eq!((film.beauty, film.clamped), (free.beauty, Some(Default::default())));
+    }
+}
+
 fn camera_forward() -> Vec3 {
     inside().view_basis(1, 1).forward.as_vec3()
 }

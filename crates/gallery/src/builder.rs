@@ -280,6 +280,7 @@ pub fn settings(camera: Camera, size: u32, estimator: Estimator, depth: u32) -> 
         time: 0.0,
         seed: 1,
         aovs: false,
+        clamp: None,
     }
 }
 

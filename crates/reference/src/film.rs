@@ -4,7 +4,7 @@ use crate::integrator::PathSample;
 use glam::DVec3;
 use rayon::prelude::*;
 use scene::LightStyle;
-use scene::render::{Counters, Escape, Film, StyleLayer};
+use scene::render::{Clamped, Counters, Escape, Film, StyleLayer};
 
 /// Sums of one pixel's radiance.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +15,8 @@ pub(crate) struct PixelSums {
     squared: DVec3,
     /// Of styles after the first, at brightness 1; empty until there is some.
     styled: Box<[DVec3]>,
+    /// Radiance lost to a clamp, and in how many samples; nothing until there is some.
+    lost: Option<Box<(DVec3, u32)>>,
 }
 
 /// Sums of one pixel's layers.
@@ -51,6 +53,13 @@ impl PixelSums {
         }
     }
 
+    /// Counts radiance that a sample lost to a clamp.
+    pub fn add_lost(&mut self, radiance: DVec3) {
+        let (sum, samples) = &mut **self.lost.get_or_insert_default();
+        *sum += radiance;
+        *samples += 1;
+    }
+
     fn mean(&self) -> DVec3 {
         self.radiance / self.divisor()
     }
@@ -68,6 +77,20 @@ impl PixelSums {
         }
         let spread = self.squared - self.radiance * self.radiance / samples;
         spread.max(DVec3::ZERO) / ((samples - 1.0) * samples)
+    }
+}
+
+/// What all pixels lost to a clamp.
+pub(crate) fn clamped(pixels: &[PixelSums]) -> Clamped {
+    let lost = pixels
+        .iter()
+        .filter_map(|p| Some((p.divisor(), p.lost.as_ref()?)));
+    let (lost, samples) = lost.fold((DVec3::ZERO, 0), |(sum, n), (divisor, lost)| {
+        (sum + lost.0 / divisor, n + u64::from(lost.1))
+    });
+    Clamped {
+        lost: (lost / pixels.len() as f64).to_array(),
+        samples,
     }
 }
 
@@ -129,6 +152,7 @@ pub(crate) fn develop(
             pixels.iter().map(samples).collect()
         },
         beauty,
+        clamped: None,
         variance: pixels.par_iter().map(|p| vector(p.variance())).collect(),
         emission: layer(|l| l.emission),
         direct: layer(|l| l.direct),

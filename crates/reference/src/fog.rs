@@ -174,12 +174,14 @@ impl<'a> Walk<'a> {
         &mut self,
         world: &'a World,
         settings: &Settings,
-        fog: &Fog,
         end: f64,
         sample: &mut PathSample,
         rng: &mut Rng,
         stack: &mut Stack,
     ) -> Met {
+        let Some(fog) = &world.scene.fog else {
+            return Met::Nothing;
+        };
         if self.is_scattered || self.k == settings.depth {
             return Met::Absorption;
         }

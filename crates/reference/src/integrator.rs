@@ -57,6 +57,19 @@ impl PathSample {
         self.styled.push((style, radiance));
     }
 
+    /// Darkens what was reflected to `limit` in its largest channel, and returns what that takes.
+    pub fn clamp(&mut self, limit: f64) -> DVec3 {
+        let reflected = self.direct + self.indirect;
+        let largest = reflected.max_element();
+        if largest.is_nan() || largest <= limit {
+            return DVec3::ZERO;
+        }
+        let kept = limit / largest;
+        self.direct *= kept;
+        self.indirect *= kept;
+        reflected * (1.0 - kept)
+    }
+
     /// Adds radiance emitted at path vertex `k`.
     fn add(&mut self, k: u32, radiance: DVec3) {
         match k {
@@ -192,17 +205,15 @@ pub(crate) fn trace_path(
             position: point.position,
             face: point.face,
         };
-        if let Some(fog) = &world.scene.fog {
-            match walk.meet_fog(world, settings, fog, at, &mut sample, rng, stack) {
-                Met::Nothing => arriving /= clear,
-                Met::Absorption => walk.throughput *= clear,
-                Met::Scattering(goes_on) => {
-                    sample.first.get_or_insert_with(first);
-                    if goes_on {
-                        continue;
-                    }
-                    return sample;
+        match walk.meet_fog(world, settings, at, &mut sample, rng, stack) {
+            Met::Nothing => arriving /= clear,
+            Met::Absorption => walk.throughput *= clear,
+            Met::Scattering(goes_on) => {
+                sample.first.get_or_insert_with(first);
+                if goes_on {
+                    continue;
                 }
+                return sample;
             }
         }
 

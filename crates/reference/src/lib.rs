@@ -31,6 +31,7 @@
 //!     time: 0.0,
 //!     seed: 0,
 //!     aovs: false,
+//!     clamp: None,
 //! };
 //! let mut renderer = Reference::new(Arc::new(scene::Scene::default()), &settings)?;
 //! renderer.accumulate(2)?;
@@ -62,6 +63,7 @@ mod triangle;
 mod world;
 
 use film::{LayerSums, PixelSums};
+use glam::DVec3;
 use integrator::{PathSample, trace_path};
 use rayon::prelude::*;
 use rng::Rng;
@@ -172,9 +174,9 @@ impl Renderer for Reference {
         let Tally { counters, escapes } = self.tally.clone();
         let (pixels, layers) = (&self.pixels, &self.layers);
         let styles = &self.view.world.styles;
-        Ok(film::develop(
-            size, pixels, styles, layers, counters, escapes,
-        ))
+        let mut film = film::develop(size, pixels, styles, layers, counters, escapes);
+        film.clamped = self.view.clamp().map(|_| film::clamped(pixels));
+        Ok(film)
     }
 }
 
@@ -205,6 +207,11 @@ impl Reference {
 }
 
 impl View {
+    /// What samples are clamped to: light that is summed by styles can't be darkened as a whole.
+    fn clamp(&self) -> Option<f32> {
+        (self.settings.clamp).filter(|_| self.world.scene.styles.len() < 2)
+    }
+
     /// Adds as many samples as `how_many` says to the pixels from number `first` on, and to their
     /// layers if there are any.
     fn render(
@@ -214,6 +221,7 @@ impl View {
         pixels: &mut [PixelSums],
         mut layers: Option<&mut [LayerSums]>,
     ) -> Tally {
+        let limit = self.clamp();
         let mut tally = Tally::default();
         let mut stack = bvh::Stack::new();
         for (i, pixel) in pixels.iter_mut().enumerate() {
@@ -227,7 +235,14 @@ impl View {
                     number,
                 );
                 let ray = self.camera_ray(place, rng.next2());
-                let path = trace_path(&self.world, &self.settings, ray, &mut rng, &mut stack);
+                let mut path = trace_path(&self.world, &self.settings, ray, &mut rng, &mut stack);
+                let whole = path.emission + path.direct + path.indirect;
+                if let Some(limit) = limit.filter(|_| whole.is_finite()) {
+                    let lost = path.clamp(f64::from(limit));
+                    if lost != DVec3::ZERO {
+                        pixel.add_lost(lost);
+                    }
+                }
                 let radiance = path.emission + path.direct + path.indirect;
                 tally.count(&path, radiance.is_finite(), place, number);
                 if let Some(layers) = layers.as_deref_mut().map(|l| &mut l[i]) {

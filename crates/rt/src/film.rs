@@ -3,7 +3,7 @@
 use crate::abi;
 use crate::vk::{Buffer, Device, Error, Location, Recording, Usage};
 use scene::LightStyle;
-use scene::render::{Counters, ESCAPES_KEPT, Escape, Film, Settings, StyleLayer};
+use scene::render::{Clamped, Counters, ESCAPES_KEPT, Escape, Film, Settings, StyleLayer};
 use std::sync::Arc;
 
 /// Running sums per pixel and counters; see `shaders/lib/film.glsl`.
@@ -11,6 +11,8 @@ pub struct GpuFilm {
     width: u32,
     height: u32,
     planes: u32,
+    /// Whether samples are clamped; what they lose is in the plane after the others.
+    clamps: bool,
     /// Which light styles it tells apart.
     pub(crate) styles: Vec<LightStyle>,
     /// Planes of `width * height` vec4, one after the other.
@@ -39,20 +41,28 @@ impl GpuFilm {
             abi::PLANES_BASIC
         };
         let pixels = u64::from(settings.width) * u64::from(settings.height);
-        let styled = styles.len().saturating_sub(1) as u64;
+        let clamps = Self::clamp_of(settings, styles.len() > 1).is_some();
+        // Never both.
+        let more = styles.len().saturating_sub(1) as u64 + u64::from(clamps);
         let make =
             |name, size| Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device);
         let film = Self {
             width: settings.width,
             height: settings.height,
             planes,
+            clamps,
             styles: styles.to_vec(),
-            sums: make("film", (u64::from(planes) + styled) * pixels * VEC4)?,
+            sums: make("film", (u64::from(planes) + more) * pixels * VEC4)?,
             counters: make("counters", size_of::<abi::Counters>() as u64)?,
             escapes: make("escapes", (ESCAPES_KEPT * size_of::<abi::Escape>()) as u64)?,
         };
         film.clear()?;
         Ok(film)
+    }
+
+    /// What samples are clamped to: nothing where light is summed by styles.
+    pub fn clamp_of(settings: &Settings, by_styles: bool) -> Option<f32> {
+        settings.clamp.filter(|_| !by_styles)
     }
 
     /// Empties the film.
@@ -92,7 +102,8 @@ impl GpuFilm {
 
         let pixels = self.width as usize * self.height as usize;
         let styled = self.styles.len().saturating_sub(1) as u32;
-        let used = pixels * (self.planes + styled) as usize * VEC4 as usize;
+        let more = styled + u32::from(self.clamps);
+        let used = pixels * (self.planes + more) as usize * VEC4 as usize;
         let words: &[abi::vec4] = bytemuck::cast_slice(&sums.read()?[..used]);
         let plane = |index: u32| &words[index as usize * pixels..][..pixels];
         let counts: Vec<u32> = (plane(abi::PLANE_BEAUTY).iter())
@@ -119,6 +130,16 @@ impl GpuFilm {
         };
         let but_first = (self.planes..self.planes + styled).map(layer);
         film.styles = StyleLayer::all(&self.styles, &film.beauty, but_first);
+        if self.clamps {
+            let mut clamped = Clamped::default();
+            for (p, &n) in plane(self.planes).iter().zip(&counts) {
+                for (sum, lost) in clamped.lost.iter_mut().zip(p) {
+                    *sum += f64::from(*lost) / (f64::from(n.max(1)) * pixels as f64);
+                }
+                clamped.samples += p[3] as u64;
+            }
+            film.clamped = Some(clamped);
+        }
         if self.planes == abi::PLANES_ALL {
             film.emission = layer(abi::PLANE_EMISSION);
             film.direct = layer(abi::PLANE_DIRECT);

@@ -125,6 +125,10 @@ pub struct Settings {
     pub seed: u64,
     /// Whether the layers besides beauty and variance are wanted.
     pub aovs: bool,
+    /// Most that a path sample may add beyond what the camera sees shine, as its largest channel: a
+    /// brighter one is darkened to it, and the film counts what is lost ([`Film::clamped`]). A number
+    /// above 0. Without effect in scenes that tell light styles apart, whose light is summed by parts.
+    pub clamp: Option<f32>,
 }
 
 /// Most [`Settings::candidates`].
@@ -136,6 +140,16 @@ pub const CANDIDATES: u32 = 4;
 pub const ROULETTE_START: u32 = 3;
 /// Largest probability to survive Russian roulette: a path always ends.
 pub const ROULETTE_MAX_SURVIVAL: f64 = 0.95;
+
+/// What a picture lost to [`Settings::clamp`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clamped {
+    /// Radiance that was taken off: with the picture's mean it makes that of the same samples
+    /// without a clamp. Mean over the pixels, linear RGB.
+    pub lost: [f64; 3],
+    /// Samples that were darkened.
+    pub samples: u64,
+}
 
 /// What was counted while rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -204,6 +218,8 @@ pub struct Film {
     /// Light of each light style as it were at brightness 1, if the scene tells them apart
     /// (`Scene::styles`): the sum over brightness times layer is the beauty.
     pub styles: Vec<StyleLayer>,
+    /// What was lost to a clamp, if there is one.
+    pub clamped: Option<Clamped>,
     /// What was counted.
     pub counters: Counters,
     /// The first escapes, at most [`ESCAPES_KEPT`], in order of pixel and sample. Which ones are
@@ -270,6 +286,19 @@ impl Film {
     pub fn mean_radiance(&self) -> [f64; 3] {
         let n = self.beauty.len().max(1) as f64;
         [0, 1, 2].map(|c| self.beauty.iter().map(|p| f64::from(p[c])).sum::<f64>() / n)
+    }
+
+    /// Share of the light, as luminance, that was lost to a clamp; 0 without one. This is the bias of
+    /// the picture's mean, but for the noise of its samples.
+    #[must_use]
+    pub fn clamped_share(&self) -> f64 {
+        let Some(Clamped { lost, .. }) = self.clamped else {
+            return 0.0;
+        };
+        let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let lost = luminance(lost);
+        let all = lost + luminance(self.mean_radiance());
+        if all > 0.0 { lost / all } else { 0.0 }
     }
 
     /// Estimated relMSE of the picture against the truth: the mean over pixels and channels of

@@ -84,6 +84,7 @@ fn bias_of(factor: f32, cache: &Path) -> Bias {
         maker: &|settings: &Settings| {
             let settings = Settings {
                 aovs: true,
+                clamp: None,
                 ..settings.clone()
             };
             let is_reference = settings.seed & REFERENCE_SEED != 0;

@@ -104,6 +104,7 @@ impl PathTrace {
             u32::from(features.skins),
             u32::from(features.masks),
             u32::from(features.frames),
+            GpuFilm::clamp_of(settings, features.style_layers).map_or(0, f32::to_bits),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),

@@ -101,9 +101,10 @@ pub fn of_level(world: Option<&Entity>, notes: &mut Notes) -> (FogKeys, f32) {
 /// `mean` is the mean radiance of the picture's halves before they are scaled. Suns are left as they
 /// are: their keys say what arrives of them.
 pub fn veil(sky: &mut Sky, mean: [Vec3; 2], fog: Fog, share: f32) {
-    for half in 0..2 {
-        sky.veil[half] = fog.albedo * sky.scale[half] * mean[half] * share;
-        sky.scale[half] *= 1.0 - share;
+    let halves = sky.scale.iter_mut().zip(&mut sky.veil);
+    for ((scale, veil), mean) in halves.zip(mean) {
+        *veil = fog.albedo * *scale * mean * share;
+        *scale *= 1.0 - share;
     }
 }
 

@@ -387,6 +387,7 @@ mod tests {
             time: 0.0,
             seed: 0,
             aovs: false,
+            clamp: None,
         }
     }
 

@@ -67,6 +67,7 @@ impl Job<'_> {
             time: self.plan.scene.at as f32,
             seed,
             aovs: false,
+            clamp: None,
         }
     }
 

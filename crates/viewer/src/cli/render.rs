@@ -120,6 +120,10 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = CANDIDATES, help_heading = "Quality")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_CANDIDATES)))]
     pub candidates: u32,
+    /// Darken samples that add more than this radiance to what is seen shining: fewer bright dots, and
+    /// some light lost, which is reported [default: off]
+    #[arg(long, value_name = "X", help_heading = "Quality", value_parser = number(1e-6, 1e6))]
+    pub clamp: Option<f64>,
     /// Where random numbers come from
     #[arg(
         long,

@@ -37,6 +37,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         time: args.scene.at as f32,
         seed: args.seed.into(),
         aovs: false,
+        clamp: None,
     };
     let job = Job {
         scene: &scene,

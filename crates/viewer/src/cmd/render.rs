@@ -37,6 +37,10 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
         let why = "the level's baked light is not told apart by light style";
         return Err(Usage(format!("--layers style with --lighting lightmap: {why}")).into());
     }
+    if args.clamp.is_some() && args.layers.0.contains(&Layer::Style) {
+        let why = "light by light style is summed before a sample is whole";
+        return Err(Usage(format!("--clamp with --layers style: {why}")).into());
+    }
     let options = ImportOptions {
         light_lists: estimator(args).samples_lights()
             && Selection::from(args.selection) == Selection::Leaf,
@@ -141,6 +145,7 @@ fn settings(args: &Render, scene: &Scene) -> Result<Settings> {
         time: args.scene.at as f32,
         seed: args.seed,
         aovs: args.layers.0.iter().any(|l| l.is_aov()),
+        clamp: args.clamp.map(|limit| limit as f32),
     })
 }
 
@@ -242,9 +247,17 @@ fn notes(
             "replacements",
             Note::Int((!args.scene.surfaces.no_textures).into()),
         ),
+        ("clamp", Note::Text(clamp(settings, film))),
         ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
         ("escaped", Note::Int(film.counters.escaped as i64)),
     ]
+}
+
+/// The clamp and the share of the light that was lost to it; empty without.
+fn clamp(settings: &Settings, film: &Film) -> String {
+    settings.clamp.map_or(String::new(), |limit| {
+        format!("{limit} {}", film.clamped_share())
+    })
 }
 
 /// Extinction per unit and albedo of the fog; empty without.
@@ -287,6 +300,19 @@ impl Report<'_> {
         Some(self.film.estimated_relmse()).filter(|e| e.is_finite())
     }
 
+    /// The clamp and what it cost; null without.
+    fn clamp(&self) -> Value {
+        let limit = self.settings.clamp.zip(self.film.clamped);
+        limit.map_or(Value::Null, |(limit, clamped)| {
+            json!({
+                "limit": limit,
+                "samples": clamped.samples,
+                "lost_radiance": clamped.lost,
+                "lost_share": self.film.clamped_share(),
+            })
+        })
+    }
+
     fn json(&self) -> Value {
         let (film, counters) = (self.film, &self.film.counters);
         let [load, build, render, write] = self.seconds;
@@ -316,6 +342,7 @@ impl Report<'_> {
             "mrays_per_s": self.per_second(counters.rays),
             "mean_radiance": film.mean_radiance(),
             "estimated_relmse": self.error(),
+            "clamp": self.clamp(),
             "nonfinite": counters.nonfinite,
             "escaped": counters.escaped,
             "escaped_per_1e9_rays": escapes::per_billion(counters),
@@ -342,10 +369,14 @@ impl Report<'_> {
         let error = self
             .error()
             .map_or(String::new(), |e| format!(", relMSE about {e:.2e}"));
+        let clamped = self.settings.clamp.map_or(String::new(), |limit| {
+            let lost = 100.0 * self.film.clamped_share();
+            format!("\nsamples clamped to {limit}: {lost:.3} % of the light is lost")
+        });
         format!(
             "{}\n{} from {}, {}x{}, {} samples{why}{error}\n\
              {} on {}: {:.2} Mrays/s; load {load:.2} s, build {build:.2} s, render {render:.2} s, \
-             write {write:.2} s",
+             write {write:.2} s{clamped}",
             names.join(" "),
             self.scene.name,
             self.settings.camera.name,
