@@ -452,6 +452,11 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
         ),
         (features.fog, "fog", "there is no fog"),
         (
+            features.masks,
+            "masks",
+            "the camera and light see all models: some should be seen by one of them alone",
+        ),
+        (
             one_sided,
             "emission",
             "lamps shine to both sides of their surface",

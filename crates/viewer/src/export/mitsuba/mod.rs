@@ -78,6 +78,14 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
             visible: true,
         });
     }
+    if scene.features.masks {
+        reasons.push(Reason {
+            what: "masks",
+            why: "the camera and light see all models: some should be seen by one of them alone"
+                .into(),
+            visible: true,
+        });
+    }
     if scene.features.fog {
         reasons.push(Reason {
             what: "fog",
