@@ -194,13 +194,16 @@ fn median(mut times: Vec<f64>) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// By frame the timings of its parts, and the host's milliseconds.
+type Run = (Vec<Vec<Timing>>, Vec<f64>);
+
 /// Shows the frames, one sample each; by frame the timings of its parts, and the host's times.
 fn run(
     gpu: &Gpu,
     scene: &Arc<Scene>,
     settings: &Settings,
     frames: &[Frame],
-) -> Result<(Vec<Vec<Timing>>, Vec<f64>), Box<dyn Error>> {
+) -> Result<Run, Box<dyn Error>> {
     let mut tracer = PathTracer::new(gpu, scene, settings)?;
     let (mut timings, mut host) = (Vec::new(), Vec::new());
     for frame in frames {
