@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod alias;
 pub mod baked;
 pub mod camera;
 pub mod cells;
@@ -26,6 +27,7 @@ pub mod media;
 pub mod mesh;
 pub mod render;
 pub mod sky;
+pub mod sprite;
 
 pub use baked::BakedLight;
 pub use camera::Camera;
@@ -38,6 +40,7 @@ pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
 pub use mesh::{Instance, Mesh, PoseBlend, SeenBy, Triangle};
 pub use sky::{Sky, Sun};
+pub use sprite::PlacedSprite;
 
 use glam::{Affine3A, Vec3};
 
@@ -83,7 +86,9 @@ pub struct Scene {
     pub brightness: Vec<f32>,
     /// What sky faces show.
     pub sky: Sky,
-    /// Places to look from; never empty after an import.
+    /// Instances that turn to the camera; see [`Scene::turn_sprites`].
+    pub sprites: Vec<PlacedSprite>,
+    /// Places to look from; never empty after an import. Sprites are turned to the first one.
     pub cameras: Vec<Camera>,
     /// Smallest corner of all placed geometry, in world units.
     pub bounds_min: Vec3,
@@ -260,6 +265,8 @@ pub struct Report {
     pub ruled: Vec<(String, Vec<String>)>,
     /// Textures that a picture stands for, with its path.
     pub replaced: Vec<(String, String)>,
+    /// Models and sprites of point entities, with how many of each are shown.
+    pub models: Vec<(String, usize)>,
     /// Oddities that were repaired or skipped, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -340,6 +347,16 @@ impl Scene {
             frames,
         };
         self
+    }
+
+    /// Turns all sprites to a camera. To be called before a renderer gets the scene.
+    pub fn turn_sprites(&mut self, camera: &Camera) {
+        for sprite in &self.sprites {
+            let instance = &mut self.instances[sprite.instance];
+            instance.transform = sprite::placement(&sprite.stance, camera);
+            let side = sprite::direction_of(sprite::direction_deg(&sprite.stance, camera));
+            instance.mesh = sprite.meshes[side % sprite.meshes.len()];
+        }
     }
 
     /// Which of [`Scene::styles`] a light shines in, if they are told apart.

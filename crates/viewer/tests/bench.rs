@@ -67,6 +67,7 @@ fn bias_of(factor: f32, cache: &Path) -> Bias {
         scene: SceneArgs {
             fog: None,
             skyfog: None,
+            entities: Default::default(),
             surfaces: Default::default(),
             at: 0.0,
             lights: Lights::Textures,

@@ -3,9 +3,10 @@
 use super::notes::Notes;
 use crate::baked::{BakedLight, BakedTriangle};
 use crate::mesh::Mesh;
-use bsp::bsp::{FaceLight, LightSamples};
+use bsp::bsp::{FaceLight, LightSamples, Texinfo};
 use bsp::styles::{Blend, LightStyles};
 use bsp::{Bsp, Limits};
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Sample that leaves a face black, and the one that shows its texture as it is stored.
@@ -39,8 +40,16 @@ impl Grid {
 #[derive(Debug)]
 pub struct Baked {
     samples: Vec<[f32; 3]>,
-    /// By file, by face.
-    files: Vec<Vec<Grid>>,
+    files: Vec<Lit>,
+}
+
+/// The samples of a file.
+#[derive(Debug)]
+enum Lit {
+    /// By face.
+    Faces(Vec<Grid>),
+    /// The same everywhere.
+    Evenly(Grid),
 }
 
 impl Baked {
@@ -117,21 +126,77 @@ impl Baked {
             }
         };
         let grids = (0..bsp.faces.len()).map(&mut grid).collect();
-        self.files.push(grids);
+        self.files.push(Lit::Faces(grids));
         self.files.len() - 1
+    }
+
+    /// Adds what is lit evenly, and answers with its number, as for a file.
+    pub fn add_evenly(&mut self, light: [f32; 3]) -> usize {
+        let first = self.samples.len() as u32;
+        self.samples.push(light);
+        self.files.push(Lit::Evenly(Grid::of(first)));
+        self.files.len() - 1
+    }
+
+    /// Light of the nearest face of the level straight below a point, as engines light models; none
+    /// where there is no face. The level is the first file that was added.
+    pub fn below(&self, bsp: &Bsp, point: Vec3) -> [f32; 3] {
+        let Some(Lit::Faces(grids)) = self.files.first() else {
+            return [0.0; 3];
+        };
+        let point = point.as_dvec3();
+        let floor = (bsp.drawable_faces(0))
+            .filter_map(|(index, face)| {
+                let plane = bsp.face_plane(face)?;
+                let normal = DVec3::from(plane.normal.map(f64::from));
+                // What faces up has light of its own.
+                if normal.z < 1e-3 || bsp.face_texinfo(face).is_none_or(Texinfo::is_special) {
+                    return None;
+                }
+                let height = (f64::from(plane.distance) - normal.truncate().dot(point.truncate()))
+                    / normal.z;
+                let at = point.truncate().extend(height);
+                let corners: Vec<DVec3> = (bsp.face_points(face)?)
+                    .map(|p| DVec3::from(p.map(f64::from)))
+                    .collect();
+                // The file runs clockwise.
+                let inside = (0..corners.len()).all(|i| {
+                    let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                    (b - a).cross(at - a).dot(normal) <= 1e-6
+                });
+                (inside && height <= point.z).then_some((index, at))
+            })
+            .max_by(|(_, a), (_, b)| a.z.total_cmp(&b.z));
+        floor.map_or([0.0; 3], |(index, at)| self.sample(grids[index], at))
+    }
+
+    /// Bilinear between samples; beyond the outer ones light stays.
+    fn sample(&self, grid: Grid, at: DVec3) -> [f32; 3] {
+        let axis = |i: usize| {
+            let [x, y, z, w] = grid.axes[i];
+            let most = f64::from(grid.size[i] - 1);
+            let c = (DVec3::new(x, y, z).dot(at) + w).clamp(0.0, most);
+            (c.floor() as u32, c.ceil() as u32, (c - c.floor()) as f32)
+        };
+        let ((x0, x1, u), (y0, y1, v)) = (axis(0), axis(1));
+        let of =
+            |x: u32, y: u32| Vec3::from(self.samples[(grid.first + y * grid.size[0] + x) as usize]);
+        let row = |y: u32| of(x0, y).lerp(of(x1, y), u);
+        row(y0).lerp(row(y1), v).to_array()
     }
 
     /// The light of `meshes`, each with the number of the file it is from.
     pub fn light<'a>(self, meshes: impl Iterator<Item = (&'a Mesh, usize)>) -> BakedLight {
         let meshes = meshes
             .map(|(mesh, file)| {
-                let faces = &self.files[file];
+                let file = &self.files[file];
                 (mesh.triangles.iter())
                     .map(|t| {
-                        let grid = faces
-                            .get(t.face as usize)
-                            .copied()
-                            .unwrap_or(Grid::of(BLACK));
+                        let grid = match file {
+                            Lit::Faces(grids) => grids.get(t.face as usize).copied(),
+                            Lit::Evenly(grid) => Some(*grid),
+                        };
+                        let grid = grid.unwrap_or(Grid::of(BLACK));
                         let uv = t.vertices.map(|v| {
                             let p = mesh.positions[v as usize].as_dvec3();
                             (grid.axes).map(|[x, y, z, w]| (p.x * x + p.y * y + p.z * z + w) as f32)

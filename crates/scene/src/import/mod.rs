@@ -9,6 +9,7 @@
 //!   several entities that fill the same box the last wins, and the others shine through nowhere.
 //! - Liquid surfaces come in pairs that look both ways; one two-sided surface of each pair is kept.
 //! - Nothing is left out because it can't be seen from somewhere.
+//! - A lamp that is there as a model and as a light entity is one lamp: the camera alone sees the model.
 
 mod appearance;
 mod baked;
@@ -17,13 +18,15 @@ mod cells;
 mod emitters;
 mod fog;
 mod geometry;
-mod items;
+mod inhabitants;
 mod lights;
 mod liquid;
+mod models;
 mod names;
 mod notes;
 mod picture;
 mod poses;
+mod rest;
 pub mod rules;
 mod seal;
 mod sky;
@@ -147,6 +150,10 @@ pub struct ImportOptions {
     pub show_boss_gate: bool,
     /// Skill of the single-player game whose entities appear: 0 easy, 1 normal, 2 hard, 3 nightmare.
     pub skill: u32,
+    /// Whether it is a game of deathmatch instead.
+    pub deathmatch: bool,
+    /// Whether point entities show their models, sprites and item boxes.
+    pub inhabitants: bool,
     /// What materials a person wants.
     pub materials: rules::Rules,
     /// Whether pictures in `textures/` replace those of the level.
@@ -173,6 +180,8 @@ impl Default for ImportOptions {
             show_episode_gates: false,
             show_boss_gate: true,
             skill: 1,
+            deathmatch: false,
+            inhabitants: true,
             materials: rules::Rules::default(),
             replacements: true,
             fog: None,
@@ -205,8 +214,8 @@ pub fn compiler_lights(level: &Level, sun_samples: u32) -> (CompilerLights, Vec<
 /// such file. Asked often for what is not there: each texture has many names for pictures of its own.
 pub type Files<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
 
-/// Turns a level into a scene. `palette` is the game's; `files` gives the models of item boxes, and
-/// may give nothing.
+/// Turns a level into a scene. `palette` is the game's; `files` gives models, sprites
+/// and pictures, and may give nothing.
 ///
 /// # Errors
 /// [`ImportError::NothingToDraw`] if no triangle comes out. Everything else that is odd is a

@@ -1,6 +1,7 @@
 //! Brush entities in their static pose: what is shown, where, and whether it can move.
 
 use super::ImportOptions;
+use super::inhabitants::appears;
 use super::notes::Notes;
 use super::targets::Targets;
 use super::translucent::entity_alpha;
@@ -29,13 +30,6 @@ pub struct Pose<'a> {
     pub alternate: bool,
     /// Coverage that it asks for, 1 opaque.
     pub alpha: Option<f32>,
-}
-
-/// Whether an entity is there in a single-player game of the given skill (0 easy to 3 nightmare).
-pub fn appears(entity: &Entity, skill: u32) -> bool {
-    const NOT_EASY: u32 = 256;
-    let flag = NOT_EASY << skill.min(2);
-    entity.spawnflags() & flag == 0
 }
 
 /// All drawn brush entities in file order, with how many were left out as invisible.
@@ -77,7 +71,7 @@ fn is_hidden(entity: &Entity, options: &ImportOptions) -> bool {
     // 0 is the key's default and means opaque.
     let invisible = alpha < 0.0 || (alpha > 0.0 && alpha < 1.0 / 255.0);
     invisible
-        || !appears(entity, options.skill)
+        || !appears(entity, options)
         || ["trigger_", "info_", "func_areaportal", "func_occlude"]
             .iter()
             .any(|prefix| class.starts_with(prefix))

@@ -332,7 +332,7 @@ fn missing(
 }
 
 /// Lets a material emit: glowing liquids as a whole, others where texels are fullbright.
-fn emit(
+pub fn emit(
     material: &mut Material,
     picture: Option<(Texture, usize)>,
     kind: NameKind,
@@ -374,7 +374,7 @@ fn emit(
 
 /// Shows a surface as Quake does: what is not lit emits its texture as it is stored. No light
 /// comes from it.
-fn show(
+pub fn show(
     material: &mut Material,
     indexed: &Indexed<'_>,
     unlit: bool,

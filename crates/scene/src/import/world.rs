@@ -5,6 +5,7 @@ use super::baked::Baked;
 use super::emitters::Twice;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
 use super::lights::{EntityLight, Moment};
+use super::models::Models;
 use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
@@ -12,7 +13,7 @@ use super::suns::SkyLight;
 use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
-use super::{cameras, cells, emitters, fog, items, lights, poses, seal, sky, suns, trees};
+use super::{cameras, cells, emitters, fog, lights, poses, seal, sky, suns, trees};
 use crate::emitter::{Emitter, Emitters, MovingEmitters};
 use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
@@ -22,9 +23,8 @@ use crate::{LampPair, LightCells, Media, Report, Scene};
 use bsp::bsp::LightSamples;
 use bsp::bsp::{Face, Texinfo};
 use bsp::lmp::Palette;
-use bsp::miptex::Animation;
 use bsp::{Bsp, Level};
-use glam::{Affine3A, DVec3, Quat, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
@@ -46,27 +46,29 @@ const MAX_GROWTH_FACTOR: f32 = 1.25;
 
 /// An import under way.
 pub struct World<'a> {
-    level: &'a Level,
-    palette: &'a Palette,
-    files: &'a Files<'a>,
-    options: &'a ImportOptions,
-    set: MaterialSet,
+    pub(super) level: &'a Level,
+    pub(super) palette: &'a Palette,
+    pub(super) files: &'a Files<'a>,
+    pub(super) options: &'a ImportOptions,
+    pub(super) set: MaterialSet,
     /// Suns of the level, without their weights.
     suns: Vec<Sun>,
-    notes: Notes,
+    pub(super) notes: Notes,
     report: Report,
-    meshes: Vec<Mesh>,
-    instances: Vec<Instance>,
+    pub(super) meshes: Vec<Mesh>,
+    pub(super) instances: Vec<Instance>,
     /// Whether the level's trees can be asked often.
-    shallow: bool,
+    pub(super) shallow: bool,
     /// Triangles placed by instances so far.
     placed: usize,
     /// Texels that pictures beside the level may still have.
     picture_room: Rc<Cell<u64>>,
     /// The lightmaps, if they light the scene.
-    baked: Option<Baked>,
+    pub(super) baked: Option<Baked>,
+    /// Models and sprites.
+    pub(super) models: Models,
     /// For each mesh the number of its file among the lightmaps.
-    files_of_meshes: Vec<usize>,
+    pub(super) files_of_meshes: Vec<usize>,
 }
 
 impl<'a> World<'a> {
@@ -109,6 +111,7 @@ impl<'a> World<'a> {
             placed: 0,
             picture_room: Rc::new(Cell::new(MAX_TEXELS)),
             baked: (options.lighting == Lighting::Lightmap).then(Baked::new),
+            models: Models::default(),
             files_of_meshes: Vec::new(),
         }
     }
@@ -129,11 +132,13 @@ impl<'a> World<'a> {
             self.report.faces_left_out += bsp.drawable_faces(model).count();
         }
         self.brush_entities(&mut surfaces, &poses);
-        self.item_boxes(&poses);
+        if self.options.inhabitants {
+            self.point_entities(&poses);
+        }
         self.finish()
     }
 
-    fn beside(&self) -> Beside<'a> {
+    pub(super) fn beside(&self) -> Beside<'a> {
         Beside {
             files: self.files,
             map: &self.level.name,
@@ -142,7 +147,7 @@ impl<'a> World<'a> {
     }
 
     /// The mesh of one brush model. Tool faces are left out and counted.
-    fn model_mesh(
+    pub(super) fn model_mesh(
         &mut self,
         surfaces: &mut Surfaces<'_>,
         bsp: &Bsp,
@@ -255,86 +260,33 @@ impl<'a> World<'a> {
             };
             if let Some(mesh) = index {
                 let place = Affine3A::from_translation(pose.offset) * growth;
-                self.place(mesh, place, pose.classname);
+                self.place(Instance::new(mesh, place, pose.classname));
             }
-        }
-    }
-
-    fn item_boxes(&mut self, poses: &[Pose<'_>]) {
-        let mut known: BTreeMap<&str, Option<(usize, Affine3A)>> = BTreeMap::new();
-        for item in items::items(&self.level.entities, self.options.skill) {
-            let made = match known.get(item.file) {
-                Some(&made) => made,
-                None => {
-                    let made = self.item_mesh(item.file);
-                    known.insert(item.file, made);
-                    made
-                }
-            };
-            let Some((mesh, growth)) = made else { continue };
-            let rest = if self.shallow {
-                items::rest(&self.level.bsp, poses, item.origin)
-            } else {
-                item.origin
-            };
-            let turned = Quat::from_rotation_z(item.yaw_deg.to_radians());
-            let place = Affine3A::from_rotation_translation(turned, rest);
-            self.place(mesh, place * growth, item.classname);
         }
     }
 
     /// Places a mesh, unless a few bytes of entity text have placed too many triangles already.
-    fn place(&mut self, mesh: usize, transform: Affine3A, name: &str) {
+    pub(super) fn place(&mut self, instance: Instance) {
         let there: usize = self.meshes.iter().map(|m| m.triangles.len()).sum();
-        self.placed += self.meshes[mesh].triangles.len();
+        self.placed += self.meshes[instance.mesh].triangles.len();
         if self.placed > PLACED_PER_TRIANGLE * there + PLACED_ANYWAY {
             self.notes.add("too many instances", || {
-                "brush models are placed too often: the rest is left out".to_owned()
+                "models are placed too often: the rest is left out".to_owned()
             });
             return;
         }
-        self.instances.push(Instance::new(mesh, transform, name));
-    }
-
-    fn item_mesh(&mut self, file: &str) -> Option<(usize, Affine3A)> {
-        let Some(data) = (self.files)(file) else {
-            self.notes.add("item boxes", || {
-                format!("item boxes are not shown: there is no {file} beside the level")
-            });
-            return None;
-        };
-        let mut warnings = bsp::Warnings::new();
-        let bsp = match Bsp::parse(&data, &self.options.limits, &mut warnings) {
-            Ok(bsp) => bsp,
-            Err(error) => {
-                self.notes.add(file, || format!("{file}: {error}"));
-                return None;
-            }
-        };
-        let animation = Animation::new(&bsp.textures, &mut warnings);
-        let mut surfaces = Surfaces::new(&bsp, &animation, self.palette, self.beside());
-        for warning in warnings.iter() {
-            self.notes.add(&format!("{file} {warning}"), || {
-                format!("{file}: {warning}")
-            });
-        }
-        let part = self.model_mesh(&mut surfaces, &bsp, 0, Look::default());
-        let number = self.lightmaps(&bsp, &bsp.own_light_samples());
-        (!part.triangles.is_empty()).then(|| {
-            let mesh = self.add_mesh(file, part, number);
-            (mesh, growth(bounds(&bsp, 0), ENTITY_GROWTH))
-        })
+        self.instances.push(instance);
     }
 
     /// Adds a mesh out of the file with this number among the lightmaps.
-    fn add_mesh(&mut self, name: &str, part: ModelMesh, file: usize) -> usize {
+    pub(super) fn add_mesh(&mut self, name: &str, part: ModelMesh, file: usize) -> usize {
         self.meshes.push(mesh(name, part));
         self.files_of_meshes.push(file);
         self.meshes.len() - 1
     }
 
     /// Adds a file's lightmaps, if lightmaps are wanted.
-    fn lightmaps(&mut self, bsp: &Bsp, samples: &LightSamples) -> usize {
+    pub(super) fn lightmaps(&mut self, bsp: &Bsp, samples: &LightSamples) -> usize {
         let (options, styles) = (self.options, &self.level.styles);
         let time = f64::from(options.time);
         let notes = &mut self.notes;
@@ -363,6 +315,8 @@ impl<'a> World<'a> {
         if self.meshes.iter().all(|m| m.triangles.is_empty()) {
             return Err(ImportError::NothingToDraw(self.level.name.clone()));
         }
+        let lights = self.entity_lights();
+        self.leave_light_to(&lights);
         let MaterialSet {
             materials,
             textures,
@@ -373,7 +327,6 @@ impl<'a> World<'a> {
             // What emits is seen, and lights nothing.
             _ => Emitters::default(),
         };
-        let lights = self.entity_lights();
         let (lights, twice) =
             emitters::choose_lights(lights, self.options.lights, &emitters.list, |e| {
                 self.set.lamps[e.material.0 as usize]
@@ -412,6 +365,7 @@ impl<'a> World<'a> {
         self.report.emissive_texels = self.set.emissive_texels;
         self.report.ruled = self.set.ruled.into_iter().collect();
         self.report.replaced = self.set.replaced.into_iter().collect();
+        self.report.models = self.models.shown.into_iter().collect();
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
@@ -438,7 +392,7 @@ impl<'a> World<'a> {
             let nodes = cells::nodes(bsp).unwrap_or_default();
             translucent::media(bsp, nodes, |kind| fills.get(&kind).copied())
         };
-        let scene = Scene {
+        let mut scene = Scene {
             name: self.level.name.clone(),
             title: world
                 .and_then(|w| w.get("message"))
@@ -458,9 +412,13 @@ impl<'a> World<'a> {
             sky: self.set.sky,
             cameras: cameras::cameras(bsp, entities),
             brightness,
+            sprites: self.models.sprites,
             report: self.report,
             ..Scene::default()
         };
+        if let Some(camera) = scene.cameras.first().cloned() {
+            scene.turn_sprites(&camera);
+        }
         Ok(match (self.options.frames, self.options.lighting) {
             (false, _) => scene.completed(),
             (true, Lighting::Physical) => scene.for_frames(),
@@ -532,9 +490,10 @@ impl<'a> World<'a> {
     }
 }
 
-/// Corners of all triangles as they are placed, world space.
+/// Corners of all triangles that light meets as they are placed, world space.
 fn placed_corners(meshes: &[Mesh], instances: &[Instance]) -> Vec<[Vec3; 3]> {
     (instances.iter())
+        .filter(|instance| instance.seen_by.others())
         .flat_map(|instance| {
             let mesh = &meshes[instance.mesh];
             let place = |v: u32| {
@@ -548,7 +507,7 @@ fn placed_corners(meshes: &[Mesh], instances: &[Instance]) -> Vec<[Vec3; 3]> {
 }
 
 /// Bounds of a brush model as the file has them, or of its faces where the file's do not hold them.
-fn bounds(bsp: &Bsp, model: usize) -> (Vec3, Vec3) {
+pub(super) fn bounds(bsp: &Bsp, model: usize) -> (Vec3, Vec3) {
     let Some(record) = bsp.models.get(model) else {
         return (Vec3::ZERO, Vec3::ZERO);
     };
@@ -577,7 +536,7 @@ fn place_key((lo, hi): (Vec3, Vec3), offset: Vec3) -> [i64; 6] {
 }
 
 /// The scaling that makes an entity win over coplanar faces: its sides move out by `by` units.
-fn growth((lo, hi): (Vec3, Vec3), by: f32) -> Affine3A {
+pub(super) fn growth((lo, hi): (Vec3, Vec3), by: f32) -> Affine3A {
     if !(lo.is_finite() && hi.is_finite()) {
         return Affine3A::IDENTITY;
     }

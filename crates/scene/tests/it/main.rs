@@ -2,6 +2,7 @@
 
 mod common;
 mod geometry;
+mod inhabitants;
 mod lamps;
 mod levels;
 mod materials;

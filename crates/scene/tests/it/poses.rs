@@ -154,7 +154,7 @@ fn item_boxes_fall_to_the_floor_and_are_missed_once() {
     );
     let without = scene_of(&map, &ImportOptions::default());
     assert_eq!(without.instances.len(), 1);
-    let told = (without.report.warnings.iter()).filter(|w| w.contains("item boxes"));
+    let told = (without.report.warnings.iter()).filter(|w| w.contains("2 models are not shown"));
     assert_eq!(told.count(), 1);
 
     // Any brush model serves as a box: here a level of its own.

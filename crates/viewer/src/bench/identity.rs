@@ -89,6 +89,8 @@ pub fn level_hash(scene: &Scene) -> String {
         styles,
         sky,
         cameras: _,
+        // What they show is among the instances.
+        sprites: _,
         // Of scenes that frames are shown of, which have no number.
         moving: _,
         brightness: _,
@@ -400,6 +402,7 @@ mod tests {
             emission_scale: 4.0,
             fog: None,
             skyfog: None,
+            entities: Default::default(),
             surfaces: Default::default(),
         };
         let of = |s: &Settings| settings_hash(s, &args);

@@ -123,9 +123,42 @@ pub struct SceneArgs {
     /// Share of the sky that the fog veils, 0 to 1 [default: the level's, 0.5]
     #[arg(long, value_name = "X", help_heading = "Light", value_parser = number(0.0, 1.0))]
     pub skyfog: Option<f64>,
+    /// Who is there.
+    #[command(flatten)]
+    pub entities: EntityArgs,
     /// What surfaces are made of.
     #[command(flatten)]
     pub surfaces: SurfaceArgs,
+}
+
+/// Which point entities are there.
+#[derive(Clone, Debug, Args)]
+pub struct EntityArgs {
+    /// Show the bare level, without monsters, items, flames and the like
+    #[arg(long, help_heading = "Entities")]
+    pub no_entities: bool,
+    /// Entities of a game of this skill: 0 easy, 1 normal, 2 hard, 3 nightmare
+    #[arg(
+        long,
+        value_name = "0-3",
+        default_value_t = 1,
+        help_heading = "Entities"
+    )]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=3))]
+    pub skill: u32,
+    /// Entities of a game of deathmatch instead
+    #[arg(long, help_heading = "Entities", conflicts_with = "skill")]
+    pub deathmatch: bool,
+}
+
+impl Default for EntityArgs {
+    fn default() -> Self {
+        Self {
+            no_entities: false,
+            skill: 1,
+            deathmatch: false,
+        }
+    }
 }
 
 /// What surfaces are made of.
@@ -181,6 +214,9 @@ impl SceneArgs {
             threshold: self.threshold as f32,
             emission_scale: self.emission_scale as f32,
             lights: self.lights.into(),
+            inhabitants: !self.entities.no_entities,
+            skill: self.entities.skill,
+            deathmatch: self.entities.deathmatch,
             fog: self.fog,
             sky_fog: self.skyfog.map(|share| share as f32),
             ..Default::default()

@@ -24,7 +24,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         light_lists: false,
         ..args.scene.import_options()?
     };
-    let scene = source.load()?.import(&options)?;
+    let mut scene = source.load()?.import(&options)?;
     let settings = Settings {
         width: args.view.size.0,
         height: args.view.size.1,
@@ -39,6 +39,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
         aovs: false,
         clamp: None,
     };
+    scene.turn_sprites(&settings.camera);
     let job = Job {
         scene: &scene,
         settings: &settings,

@@ -48,9 +48,11 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
         styles_apart: args.layers.0.contains(&Layer::Style),
         ..args.scene.import_options()?
     };
-    let scene = Arc::new(source.load()?.import(&options)?);
+    let mut scene = source.load()?.import(&options)?;
     warn_of_oddities(&scene);
     let settings = settings(args, &scene)?;
+    scene.turn_sprites(&settings.camera);
+    let scene = Arc::new(scene);
     warn_of_unseen_lights(&scene, &settings);
     let loaded = Instant::now();
 

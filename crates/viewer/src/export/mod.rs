@@ -41,13 +41,15 @@ pub struct PlacedTriangle {
     pub material: MaterialId,
 }
 
-/// All triangles as rays can meet them, relative to `origin`, in order of instances and triangles.
-/// Triangles without area are left out: no ray meets them.
+/// All triangles as rays that carry light can meet them, relative to `origin`, in order of instances and
+/// triangles. Triangles without area are left out, for no ray meets them, and so is what the camera alone
+/// sees.
 pub fn placed_triangles(
     scene: &Scene,
     origin: DVec3,
 ) -> impl Iterator<Item = PlacedTriangle> + use<'_> {
-    scene.instances.iter().flat_map(move |instance| {
+    let met = scene.instances.iter().filter(|i| i.seen_by.others());
+    met.flat_map(move |instance| {
         let mesh = &scene.meshes[instance.mesh];
         let positions = mesh.posed(instance.pose);
         let is_posed = !mesh.poses.is_empty();

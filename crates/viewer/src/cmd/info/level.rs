@@ -93,6 +93,9 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         "features": features,
         "cameras": cameras,
         "classes": classes,
+        "shown": (scene.report.models.iter())
+            .map(|(model, count)| json!({ "model": model, "count": count }))
+            .collect::<Vec<_>>(),
         "texture_list": textures,
         "material_entries": (scene.report.ruled.iter())
             .map(|(texture, entries)| json!({ "texture": texture, "entries": entries }))

@@ -68,6 +68,18 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
             visible: true,
         });
     }
+    let flames = scene.instances.iter().filter(|i| !i.seen_by.others());
+    let flames = flames.count();
+    if flames > 0 {
+        reasons.push(Reason {
+            what: "flames",
+            why: format!(
+                "{flames} models and sprites that show lamps are left out: in Runelight the camera \
+                 alone sees them, and their light is that of light entities"
+            ),
+            visible: true,
+        });
+    }
     if scene.features.translucent {
         reasons.push(Reason {
             what: "see-through surfaces",
@@ -78,11 +90,12 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
             visible: true,
         });
     }
-    if scene.features.masks {
+    let hidden = scene.instances.iter().filter(|i| !i.seen_by.camera());
+    let hidden = hidden.count();
+    if hidden > 0 {
         reasons.push(Reason {
             what: "masks",
-            why: "the camera and light see all models: some should be seen by one of them alone"
-                .into(),
+            why: format!("the camera sees {hidden} models that light alone should see"),
             visible: true,
         });
     }
