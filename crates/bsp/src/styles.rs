@@ -90,23 +90,29 @@ impl LightStyles {
         let Some(string) = self.strings.get(usize::from(style)) else {
             return NORMAL;
         };
-        if string.is_empty() {
-            return 1.0;
-        }
-        let step = (time * RATE).max(0.0);
-        let index = (step.floor() % string.len() as f64) as usize;
-        let letter = |i: usize| {
-            let c = string.get(i % string.len()).copied().unwrap_or(b'm');
-            i32::from(c) - i32::from(b'a')
-        };
-        let (now, next) = (letter(index), letter(index + 1));
-        let value = |letter: f32| 22.0 * letter / 256.0;
-        if blend == Blend::Linear && (next - now).abs() < SWITCH {
-            let part = (step - step.floor()) as f32;
-            return value(now as f32 + (next - now) as f32 * part);
-        }
-        value(now as f32)
+        brightness(string, time, blend)
     }
+}
+
+/// Brightness of a style's letters at `time` seconds: 1 shows lightmaps as stored, `m` is 264/256,
+/// no letters are 1.
+pub fn brightness(letters: &[u8], time: f64, blend: Blend) -> f32 {
+    if letters.is_empty() {
+        return 1.0;
+    }
+    let step = (time * RATE).max(0.0);
+    let index = (step.floor() % letters.len() as f64) as usize;
+    let letter = |i: usize| {
+        let c = letters.get(i % letters.len()).copied().unwrap_or(b'm');
+        i32::from(c) - i32::from(b'a')
+    };
+    let (now, next) = (letter(index), letter(index + 1));
+    let value = |letter: f32| 22.0 * letter / 256.0;
+    if blend == Blend::Linear && (next - now).abs() < SWITCH {
+        let part = (step - step.floor()) as f32;
+        return value(now as f32 + (next - now) as f32 * part);
+    }
+    value(now as f32)
 }
 
 #[cfg(test)]

@@ -28,6 +28,7 @@ pub mod mesh;
 pub mod render;
 pub mod sky;
 pub mod sprite;
+pub mod timeline;
 
 pub use baked::BakedLight;
 pub use camera::Camera;

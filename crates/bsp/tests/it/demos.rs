@@ -180,9 +180,9 @@ fn cast(i: u16, level: u16, dialect: Dialect) -> Vec<(u16, Entity)> {
         frame: if rich { i * 20 } else { i },
         skin: 1,
         colormap: (i % 2) as u8,
-        effects: if i % 5 == 0 { 2 } else { 0 },
-        alpha: if rich && i % 3 == 0 { 100 } else { 0 },
-        step: i % 2 == 0,
+        effects: if i.is_multiple_of(5) { 2 } else { 0 },
+        alpha: if rich && i.is_multiple_of(3) { 100 } else { 0 },
+        step: i.is_multiple_of(2),
         ..Entity::default()
     };
     let jumper = Entity {
@@ -199,8 +199,11 @@ fn cast(i: u16, level: u16, dialect: Dialect) -> Vec<(u16, Entity)> {
     all
 }
 
+/// A message's time and entities.
+type Frame = (f32, Vec<(u16, Entity)>);
+
 /// A demo of two levels in a dialect, with what every message shows.
-fn written(dialect: Dialect) -> (Vec<u8>, Vec<(f32, Vec<(u16, Entity)>)>) {
+fn written(dialect: Dialect) -> (Vec<u8>, Vec<Frame>) {
     let mut w = DemoWriter::new(dialect, 2);
     let mut frames = Vec::new();
     for level in 1..=2 {

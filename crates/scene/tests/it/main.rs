@@ -9,4 +9,5 @@ mod materials;
 mod pictures;
 mod poses;
 mod skies;
+mod timeline;
 mod translucent;
