@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result, bail};
 use bsp::lmp::Palette;
 use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
-use scene::import::ImportOptions;
+use scene::import::{Cast, CastList, Files, ImportOptions, import_cast};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -117,20 +117,37 @@ impl Loaded {
     /// # Errors
     /// When there is nothing to draw.
     pub fn import(&self, options: &ImportOptions) -> Result<Scene> {
+        self.with_files(|files| {
+            let scene = scene::import::import(&self.level, &self.palette, files, options);
+            Ok(scene?)
+        })
+    }
+
+    /// Turns the level and the models of a demo into a scene that frames are shown of.
+    ///
+    /// # Errors
+    /// When there is nothing to draw.
+    pub fn import_cast(
+        &self,
+        options: &ImportOptions,
+        list: CastList<'_>,
+    ) -> Result<(Scene, Cast)> {
+        self.with_files(|files| {
+            let both = import_cast(&self.level, &self.palette, files, options, list);
+            Ok(both?)
+        })
+    }
+
+    /// Calls `import` with the files beside the level.
+    fn with_files<T>(&self, import: impl FnOnce(&Files<'_>) -> Result<T>) -> Result<T> {
         // Most names of replacing pictures are not there: a list answers faster than the file system.
         let pictures: BTreeSet<String> = self.search.list("textures/").into_iter().collect();
-        let files = |path: &str| {
+        import(&|path| {
             if path.starts_with("textures/") && !pictures.contains(&path.to_ascii_lowercase()) {
                 return None;
             }
             Some(self.search.read_optional(path).ok()??.bytes)
-        };
-        Ok(scene::import::import(
-            &self.level,
-            &self.palette,
-            &files,
-            options,
-        )?)
+        })
     }
 }
 

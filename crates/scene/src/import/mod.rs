@@ -14,6 +14,7 @@
 mod appearance;
 mod baked;
 mod cameras;
+mod cast;
 mod cells;
 mod emitters;
 mod fog;
@@ -40,6 +41,7 @@ pub mod triangulate;
 pub mod weld;
 mod world;
 
+pub use cast::{Cast, CastList, CastModel, import_cast};
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
 pub use fog::{FogKeys, MAX_FOG_DENSITY, SKY_FOG};
 pub use lights::{

@@ -18,7 +18,7 @@ use crate::mesh::{Instance, Mesh, PoseBlend, SeenBy};
 use crate::sprite::{PlacedSprite, SpriteModel, Stance};
 use bsp::mdl::{Mdl, flags};
 use bsp::miptex::{Animation, MipTex};
-use bsp::spr::{Spr, Times};
+use bsp::spr::{Spr, SprPicture, Times};
 use bsp::{Bsp, Level, Warnings};
 use glam::{Affine3A, Quat, Vec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -48,10 +48,13 @@ pub struct Models {
 }
 
 /// A file as it is needed here.
-enum Loaded {
+pub enum Loaded {
+    /// A brush model's mesh, and what makes it win over coplanar faces.
     Brush(usize, Affine3A),
+    /// An alias model, not painted yet.
     Alias(Box<(Mdl, AliasModel)>),
-    Sprite(Spr, SpriteModel),
+    /// A sprite, not painted yet.
+    Sprite(Box<(Spr, SpriteModel)>),
 }
 
 /// File, pose, skin's material, and the entity where each has light of its own.
@@ -102,14 +105,21 @@ impl World<'_> {
                     self.place(Instance::new(*mesh, place * *growth, who.classname));
                 }
                 Loaded::Alias(both) => self.place_alias(&who, number, origin, &both.0, &both.1),
-                Loaded::Sprite(file, model) => self.place_sprite(&who, number, origin, file, model),
+                Loaded::Sprite(both) => {
+                    self.place_sprite(&who, number, origin, &both.0, &both.1);
+                }
             }
             if self.instances.len() > before {
                 *self.models.shown.entry(who.file.into_owned()).or_default() += 1;
             }
         }
-        if !self.models.missing.is_empty() {
-            let names: Vec<&str> = self.models.missing.iter().map(String::as_str).collect();
+        self.tell_of_missing();
+    }
+
+    /// One remark on all files that are not there.
+    pub(super) fn tell_of_missing(&mut self) {
+        let names: Vec<&str> = self.models.missing.iter().map(String::as_str).collect();
+        if !names.is_empty() {
             let (count, names) = (names.len(), names.join(", "));
             self.notes.add("missing models", || {
                 format!("{count} models are not shown, for they are not beside the level: {names}")
@@ -172,24 +182,8 @@ impl World<'_> {
         let material = match self.models.painted.get(&key) {
             Some(&known) => known,
             None => {
-                let material = self.paint(
-                    &who.file,
-                    &Painting {
-                        name: format!("{} skin {skin}", who.file),
-                        size: [file.header.skin_width, file.header.skin_height],
-                        pixels: &file.skins[skin].pictures[part],
-                        holes: model.flags & flags::HOLES != 0,
-                        glow: if alias::is_bolt(&who.file) {
-                            Glow::Whole
-                        } else if is_luminous {
-                            Glow::Flame
-                        } else {
-                            Glow::Texels
-                        },
-                        two_sided: false,
-                        alpha: who.alpha,
-                    },
-                );
+                let pixels = &file.skins[skin].pictures[part];
+                let material = self.paint_skin(&who.file, file, [skin, part], pixels, who.alpha);
                 self.models.painted.insert(key, material);
                 material
             }
@@ -247,7 +241,7 @@ impl World<'_> {
     }
 
     /// Adds a mesh, if it has triangles and there are not too many already.
-    fn add_model_mesh(&mut self, mesh: Mesh, file: usize) -> Option<usize> {
+    pub(super) fn add_model_mesh(&mut self, mesh: Mesh, file: usize) -> Option<usize> {
         self.models.triangles += mesh.triangles.len();
         if self.models.triangles > MAX_TRIANGLES {
             self.notes.add("too many poses", || {
@@ -296,18 +290,7 @@ impl World<'_> {
                     if picture.pixels.is_empty() {
                         return;
                     }
-                    let material = self.paint(
-                        &who.file,
-                        &Painting {
-                            name: format!("{} picture {quad}", who.file),
-                            size: [picture.width, picture.height],
-                            pixels: &picture.pixels,
-                            holes: true,
-                            glow: Glow::Whole,
-                            two_sided: true,
-                            alpha: who.alpha,
-                        },
-                    );
+                    let material = self.paint_sprite(&who.file, quad, picture, who.alpha);
                     self.models.painted.insert(key, material);
                     material
                 }
@@ -351,7 +334,7 @@ impl World<'_> {
     }
 
     /// A file, read when it is first asked for. What it is, its first bytes say.
-    fn loaded(&mut self, path: &str) -> Option<Rc<Loaded>> {
+    pub(super) fn loaded(&mut self, path: &str) -> Option<Rc<Loaded>> {
         if let Some(known) = self.models.files.get(path) {
             return known.clone();
         }
@@ -375,7 +358,7 @@ impl World<'_> {
             }),
             Some(b"IDSP") => Spr::parse(&data, limits, &mut warnings).map(|file| {
                 let model = SpriteModel::new(path, &file, |_, _| MaterialId(0));
-                Some(Loaded::Sprite(file, model))
+                Some(Loaded::Sprite(Box::new((file, model))))
             }),
             _ => Bsp::parse(&data, limits, &mut warnings)
                 .map(|bsp| self.load_brush(path, &bsp, &mut warnings)),
@@ -400,6 +383,56 @@ impl World<'_> {
             let mesh = self.add_mesh(path, part, number);
             Loaded::Brush(mesh, growth(bounds(bsp, 0), ENTITY_GROWTH))
         })
+    }
+
+    /// The material of a picture of a skin: its numbers, and its palette indices.
+    pub(super) fn paint_skin(
+        &mut self,
+        name: &str,
+        file: &Mdl,
+        [skin, part]: [usize; 2],
+        pixels: &[u8],
+        alpha: Option<f32>,
+    ) -> MaterialId {
+        let painting = Painting {
+            name: match file.skins.get(skin).map_or(1, |s| s.pictures.len()) {
+                1 => format!("{name} skin {skin}"),
+                _ => format!("{name} skin {skin}.{part}"),
+            },
+            size: [file.header.skin_width, file.header.skin_height],
+            pixels,
+            holes: file.header.flags & flags::HOLES != 0,
+            glow: if alias::is_bolt(name) {
+                Glow::Whole
+            } else if alias::is_luminous(name) {
+                Glow::Flame
+            } else {
+                Glow::Texels
+            },
+            two_sided: false,
+            alpha,
+        };
+        self.paint(name, &painting)
+    }
+
+    /// The material of a sprite's picture.
+    pub(super) fn paint_sprite(
+        &mut self,
+        name: &str,
+        number: usize,
+        picture: &SprPicture,
+        alpha: Option<f32>,
+    ) -> MaterialId {
+        let painting = Painting {
+            name: format!("{name} picture {number}"),
+            size: [picture.width, picture.height],
+            pixels: &picture.pixels,
+            holes: true,
+            glow: Glow::Whole,
+            two_sided: true,
+            alpha,
+        };
+        self.paint(name, &painting)
     }
 
     /// The material of a picture of `file`.

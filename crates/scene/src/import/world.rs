@@ -54,7 +54,7 @@ pub struct World<'a> {
     /// Suns of the level, without their weights.
     suns: Vec<Sun>,
     pub(super) notes: Notes,
-    report: Report,
+    pub(super) report: Report,
     pub(super) meshes: Vec<Mesh>,
     pub(super) instances: Vec<Instance>,
     /// Whether the level's trees can be asked often.
@@ -120,13 +120,7 @@ impl<'a> World<'a> {
     pub fn build(mut self) -> Result<Scene, ImportError> {
         let Level { bsp, entities, .. } = self.level;
         let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette, self.beside());
-        let world = self.model_mesh(&mut surfaces, bsp, 0, Look::default());
-        self.report.open_edges = world.open_edges.len();
-        self.seal(&world);
-        let file = self.lightmaps(bsp, &self.level.light);
-        self.add_mesh("world", world, file);
-        self.instances
-            .push(Instance::new(0, Affine3A::IDENTITY, "worldspawn"));
+        self.world_mesh(&mut surfaces);
         let (poses, hidden) = poses::poses(bsp, entities, self.options, &mut self.notes);
         for model in hidden {
             self.report.faces_left_out += bsp.drawable_faces(model).count();
@@ -192,7 +186,7 @@ impl<'a> World<'a> {
     }
 
     /// Says whether the level is sealed, and if only a face is lacking, where.
-    fn seal(&mut self, world: &ModelMesh) {
+    pub(super) fn seal(&mut self, world: &ModelMesh) {
         let bsp = &self.level.bsp;
         if !self.shallow {
             self.notes.add("deep tree", || {
@@ -307,7 +301,7 @@ impl<'a> World<'a> {
         }
     }
 
-    fn finish(mut self) -> Result<Scene, ImportError> {
+    pub(super) fn finish(mut self) -> Result<Scene, ImportError> {
         let Level { bsp, entities, .. } = self.level;
         for mesh in &mut self.meshes {
             see_through_last(mesh, |m| self.set.materials[m.0 as usize].is_see_through());

@@ -6,7 +6,9 @@ use mapc::{
     Map, Model, ModelFrame, ModelPose, ModelSkin, ModelSkinVertex, Sprite, SpriteFrame,
     SpritePicture,
 };
-use scene::import::{ImportOptions, LightMode, Lighting, import};
+use scene::import::{
+    Cast, CastList, CastModel, ImportOptions, LightMode, Lighting, import, import_cast,
+};
 use scene::mesh::SeenBy;
 use scene::{Camera, Instance, Scene};
 
@@ -76,6 +78,7 @@ fn files(path: &str) -> Option<Vec<u8>> {
             0,
             false,
         ),
+        "progs/player.mdl" => model(&[0.0], &[20], 0, false),
         "progs/armor.mdl" => model(&[0.0], &[60, 70, 80], 8, false),
         "progs/flame.mdl" => model(&[0.0, 8.0], &[WHITE], 0, true),
         "progs/eye.mdl" => model(&[0.0], &[WHITE], 0, false),
@@ -339,6 +342,143 @@ fn many_poses_are_bounded() {
     let scene = scene.expect("a scene");
     // Entities that show the same share a mesh.
     assert_eq!((scene.instances.len(), scene.meshes.len()), (2001, 9));
+}
+
+#[test]
+fn a_demo_s_models_become_meshes_that_frames_place() {
+    let mut map = room();
+    map.brush_entity(
+        "func_wall",
+        &[],
+        vec![mapc::Brush::cuboid(
+            [64.0, 64.0, 0.0],
+            [128.0, 128.0, 32.0],
+            ["wall"; 6],
+        )],
+    );
+    map.entity("monster_army", &[("origin", "200 200 60")]);
+    let names = [
+        "",
+        "maps/test.bsp",
+        "*1",
+        "*2",
+        "progs/soldier.mdl",
+        "progs/s_light.spr",
+        "progs/flame.mdl",
+        "progs/player.mdl",
+        "progs/none.mdl",
+    ]
+    .map(str::to_owned);
+    let list = CastList {
+        models: &names,
+        colours: &[[4, 13]],
+    };
+    let options = ImportOptions::default();
+    let (scene, cast) =
+        import_cast(&compile(&map), &palette(), &files, &options, list).expect("a cast");
+    assert_eq!(scene.instances.len(), 1);
+    assert!(matches!(cast.models["maps/test.bsp"], CastModel::Level));
+    assert!(!cast.models.contains_key("*2") && !cast.models.contains_key("progs/none.mdl"));
+    let CastModel::Brush { meshes, .. } = cast.models["*1"] else {
+        panic!("no brush model");
+    };
+    assert_eq!(meshes[0], meshes[1]);
+    let CastModel::Alias {
+        mesh,
+        model,
+        seen_by,
+    } = &cast.models["progs/soldier.mdl"]
+    else {
+        panic!("no alias model");
+    };
+    assert_eq!(
+        (scene.meshes[*mesh].poses.len(), *seen_by),
+        (8, SeenBy::ALL)
+    );
+    let mut frame = scene.as_frame(&scene.cameras[0], 0.0);
+    frame.instances.push(Instance {
+        pose: model.between(1, 2, 0.5, 0.0),
+        material: Some(model.skin(0, 0.0)),
+        seen_by: *seen_by,
+        ..Instance::new(*mesh, glam::Affine3A::IDENTITY, "monster_army")
+    });
+    let top = scene.meshes[*mesh].posed(frame.instances[1].pose)[3].z;
+    assert!((top - 20.0).abs() < 0.2, "{top}");
+    let CastModel::Sprite { meshes, model } = &cast.models["progs/s_light.spr"] else {
+        panic!("no sprite");
+    };
+    let quad = meshes[model.quad(0, 0.0, 0.0)].expect("a quad");
+    frame.instances.push(Instance {
+        seen_by: SeenBy::CAMERA,
+        ..Instance::new(quad, glam::Affine3A::IDENTITY, "sprite")
+    });
+    frame.check(&scene).expect("a good frame");
+    // The flame's light is that of an entity, and the camera alone sees it.
+    let CastModel::Alias { seen_by, .. } = &cast.models["progs/flame.mdl"] else {
+        panic!("no flame");
+    };
+    assert_eq!(*seen_by, SeenBy::CAMERA);
+    // Shirts change, and their mesh knows the skin.
+    let CastModel::Alias { mesh, .. } = &cast.models["progs/player.mdl"] else {
+        panic!("no player");
+    };
+    let shirt = cast
+        .coloured("progs/player.mdl", 0, [4, 13])
+        .expect("a skin");
+    assert!(scene.meshes[*mesh].skins.contains(&shirt));
+    let base = scene.materials[shirt.0 as usize].base.0 as usize;
+    assert_eq!(scene.textures[base].rgba[0], [68, 68, 68, 255]);
+    // Particles show the palette.
+    let particles = &scene.materials[cast.palette.0 as usize];
+    let shown = &scene.textures[particles.emission.expect("colours").0 as usize];
+    let [u, v] = Cast::palette_uv(0x6f);
+    assert_eq!(
+        shown.rgba[v as usize * 16 + u as usize],
+        [0x6f, 0x6f, 0x6f, 255]
+    );
+}
+
+#[test]
+fn every_real_model_joins_a_cast() {
+    let Some(dir) = crate::common::data() else {
+        return;
+    };
+    let search = bsp::SearchPath::builder()
+        .basedir(&dir)
+        .build()
+        .expect("search path");
+    let palette = search.read("gfx/palette.lmp").expect("palette").bytes;
+    let palette = bsp::lmp::Palette::parse(&palette).expect("palette");
+    let files = |path: &str| search.read_optional(path).ok().flatten().map(|f| f.bytes);
+    let level = bsp::Level::load(&search, "start", &bsp::Limits::default()).expect("a level");
+    let mut models = search.list("progs/");
+    models.retain(|n| n.ends_with(".mdl") || n.ends_with(".spr"));
+    models.extend((0..level.bsp.models.len()).map(|n| format!("*{n}")));
+    let list = CastList {
+        models: &models,
+        colours: &[],
+    };
+    let options = ImportOptions::default();
+    let (scene, cast) = import_cast(&level, &palette, &files, &options, list).expect("a cast");
+    let missing: Vec<&String> = models
+        .iter()
+        .filter(|n| !cast.models.contains_key(*n) && *n != "*0")
+        .collect();
+    println!(
+        "{} models, {} meshes, not there: {missing:?}",
+        models.len(),
+        scene.meshes.len()
+    );
+    assert!(missing.iter().all(|n| n.starts_with('*')), "{missing:?}");
+    for model in cast.models.values() {
+        if let CastModel::Alias { mesh, model, .. } = model {
+            let mesh = &scene.meshes[*mesh];
+            for frame in 0..model.frames.len() {
+                let pose = model.pose(frame, 0.25);
+                assert!((pose.from.max(pose.to) as usize) < mesh.poses.len().max(1));
+            }
+        }
+    }
 }
 
 #[test]

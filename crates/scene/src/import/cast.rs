@@ -1,0 +1,296 @@
+//! A level and all models that a demo names, ready to be shown in frames.
+
+use super::models::Loaded;
+use super::surfaces::{Look, Surfaces};
+use super::world::{ENTITY_GROWTH, World, bounds, growth};
+use super::{Files, ImportError, ImportOptions};
+use crate::Scene;
+use crate::alias::{self, AliasModel};
+use crate::material::{Finish, Material, MaterialId, Surface, Texture};
+use crate::mesh::{Instance, Mesh, SeenBy};
+use crate::sprite::SpriteModel;
+use bsp::Level;
+use bsp::lmp::Palette;
+use bsp::mdl::Mdl;
+use glam::Affine3A;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Colours of the palette along each side of the picture that particles show.
+const PALETTE_SIDE: u32 = 16;
+
+/// The models of a demo as meshes of a scene.
+#[derive(Clone, Debug)]
+pub struct Cast {
+    /// By name as the demo has it. Models that are not there, or can't be read, are not among them.
+    pub models: HashMap<String, CastModel>,
+    /// Shows the palette, and shines: index `i` with the texture coordinates of [`Cast::palette_uv`].
+    pub palette: MaterialId,
+    /// Materials of players' skins by model, skin, and the rows of shirt and trousers.
+    coloured: HashMap<(String, usize, [u8; 2]), MaterialId>,
+}
+
+/// A model of a demo.
+#[derive(Clone, Debug)]
+pub enum CastModel {
+    /// The level itself: the first instance of every frame.
+    Level,
+    /// A brush model. It is placed by its entity's transform times `within`.
+    Brush {
+        /// Meshes with the usual frames of animated textures, and with the alternate ones.
+        meshes: [usize; 2],
+        /// Makes it win over coplanar faces of the level.
+        within: Affine3A,
+    },
+    /// An alias model; its mesh is in the scene.
+    Alias {
+        /// Index into `Scene::meshes`.
+        mesh: usize,
+        /// Frames and skins; its own mesh has only poses' numbers left to say.
+        model: Box<AliasModel>,
+        /// What its light is given by.
+        seen_by: SeenBy,
+    },
+    /// A sprite, which the camera alone sees.
+    Sprite {
+        /// For each of its quads the index into `Scene::meshes`; `None` where nothing is to be seen.
+        meshes: Vec<Option<usize>>,
+        /// Frames.
+        model: Box<SpriteModel>,
+    },
+}
+
+impl Cast {
+    /// Texture coordinates of a palette index in [`Cast::palette`].
+    #[must_use]
+    pub fn palette_uv(index: u8) -> [f32; 2] {
+        let (x, y) = (
+            u32::from(index) % PALETTE_SIDE,
+            u32::from(index) / PALETTE_SIDE,
+        );
+        [x as f32 + 0.5, y as f32 + 0.5]
+    }
+
+    /// The material of a player's model in rows `shirt` and `trousers` of the palette, if those were asked
+    /// for.
+    #[must_use]
+    pub fn coloured(&self, model: &str, skin: usize, colours: [u8; 2]) -> Option<MaterialId> {
+        self.coloured
+            .get(&(model.to_owned(), skin, colours))
+            .copied()
+    }
+}
+
+/// Whose models an import is to bring along.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CastList<'a> {
+    /// Names as a demo has them: `maps/e1m1.bsp`, `*3`, `progs/soldier.mdl`.
+    pub models: &'a [String],
+    /// Rows of the palette (0 to 15) that players wear as shirt and trousers.
+    pub colours: &'a [[u8; 2]],
+}
+
+/// Turns a level into a scene that frames are shown of: the world alone is placed, and the models asked for
+/// are meshes that frames may place. The first model that is a level's file stands for `level`.
+///
+/// # Errors
+/// As [`super::import`].
+pub fn import_cast(
+    level: &Level,
+    palette: &Palette,
+    files: &Files<'_>,
+    options: &ImportOptions,
+    list: CastList<'_>,
+) -> Result<(Scene, Cast), ImportError> {
+    let options = ImportOptions {
+        frames: true,
+        inhabitants: false,
+        ..options.clone()
+    };
+    World::new(level, palette, files, &options).build_cast(list)
+}
+
+impl World<'_> {
+    fn build_cast(mut self, list: CastList<'_>) -> Result<(Scene, Cast), ImportError> {
+        let level = self.level;
+        let mut surfaces = Surfaces::new(&level.bsp, &level.animation, self.palette, self.beside());
+        self.world_mesh(&mut surfaces);
+        let mut cast = Cast {
+            models: HashMap::new(),
+            palette: self.palette_material(),
+            coloured: HashMap::new(),
+        };
+        let mut has_level = false;
+        for name in list.models {
+            if name.is_empty() || cast.models.contains_key(name) {
+                continue;
+            }
+            let is_level = !has_level && name.starts_with("maps/") && !name.starts_with("maps/b_");
+            let model = if is_level {
+                has_level = true;
+                Some(CastModel::Level)
+            } else if let Some(number) = name.strip_prefix('*') {
+                number
+                    .parse()
+                    .ok()
+                    .and_then(|n| self.brush_model(&mut surfaces, n))
+            } else {
+                self.cast_file(name, list.colours, &mut cast)
+            };
+            if let Some(model) = model {
+                cast.models.insert(name.clone(), model);
+            }
+        }
+        self.tell_of_missing();
+        Ok((self.finish()?, cast))
+    }
+
+    fn brush_model(&mut self, surfaces: &mut Surfaces<'_>, number: usize) -> Option<CastModel> {
+        let bsp = &self.level.bsp;
+        if number == 0 || number >= bsp.models.len() {
+            return None;
+        }
+        let mut mesh = |world: &mut Self, alternate| {
+            let look = Look {
+                alternate,
+                ..Look::default()
+            };
+            let part = world.model_mesh(surfaces, bsp, number, look);
+            (!part.triangles.is_empty()).then_some(part)
+        };
+        let time = f64::from(self.options.time);
+        let differs = (bsp.drawable_faces(number))
+            .filter_map(|(_, face)| bsp.face_texture(face))
+            .any(|t| {
+                let [usual, other] = [false, true]
+                    .map(|alternate| self.level.animation.frame_at(t, time, alternate));
+                usual != other
+            });
+        let name = format!("*{number}");
+        let usual = mesh(self, false)?;
+        let first = self.add_mesh(&name, usual, 0);
+        let other = differs.then(|| mesh(self, true)).flatten();
+        let second = other.map_or(first, |other| self.add_mesh(&name, other, 0));
+        Some(CastModel::Brush {
+            meshes: [first, second],
+            within: growth(bounds(bsp, number), ENTITY_GROWTH),
+        })
+    }
+
+    fn cast_file(&mut self, name: &str, colours: &[[u8; 2]], cast: &mut Cast) -> Option<CastModel> {
+        match &*self.loaded(name)? {
+            Loaded::Brush(mesh, within) => Some(CastModel::Brush {
+                meshes: [*mesh; 2],
+                within: *within,
+            }),
+            Loaded::Alias(both) => {
+                let file = &both.0;
+                let mut model = AliasModel::new(name, file, |skin, part, pixels| {
+                    self.paint_skin(name, file, [skin, part], pixels, None)
+                });
+                if alias::stem(name) == "player" {
+                    self.colour_skins(name, file, colours, cast, &mut model.mesh);
+                }
+                let mesh = std::mem::take(&mut model.mesh);
+                let mesh = self.add_moving(mesh)?;
+                // The light of flames is that of light entities, and of bolts that of the frame's.
+                let seen_by = match alias::is_luminous(name) {
+                    true => SeenBy::CAMERA,
+                    false => SeenBy::ALL,
+                };
+                Some(CastModel::Alias {
+                    mesh,
+                    model: Box::new(model),
+                    seen_by,
+                })
+            }
+            Loaded::Sprite(both) => {
+                let mut model = SpriteModel::new(name, &both.0, |number, picture| {
+                    self.paint_sprite(name, number, picture, None)
+                });
+                let quads = std::mem::take(&mut model.quads);
+                let meshes = quads
+                    .into_iter()
+                    .map(|quad| self.add_moving(quad))
+                    .collect();
+                Some(CastModel::Sprite {
+                    meshes,
+                    model: Box::new(model),
+                })
+            }
+        }
+    }
+
+    fn colour_skins(
+        &mut self,
+        name: &str,
+        file: &Mdl,
+        colours: &[[u8; 2]],
+        cast: &mut Cast,
+        mesh: &mut Mesh,
+    ) {
+        for (skin, pictures) in file.skins.iter().enumerate() {
+            for &[shirt, trousers] in colours {
+                let key = (name.to_owned(), skin, [shirt, trousers]);
+                let Some(pixels) = pictures.pictures.first() else {
+                    continue;
+                };
+                if let Entry::Vacant(place) = cast.coloured.entry(key) {
+                    let pixels = alias::recoloured(pixels, shirt, trousers);
+                    let material = self.paint_skin(name, file, [skin, 0], &pixels, None);
+                    mesh.skins.push(material);
+                    place.insert(material);
+                }
+            }
+        }
+    }
+
+    fn add_moving(&mut self, mesh: Mesh) -> Option<usize> {
+        let file = self.baked.as_mut().map_or(0, |b| b.add_evenly([1.0; 3]));
+        self.add_model_mesh(mesh, file)
+    }
+
+    /// What particles are made of: a picture of the palette that shows its colours as they are.
+    fn palette_material(&mut self) -> MaterialId {
+        let picture = |name: &str, texel: &dyn Fn(u8) -> [u8; 3]| Texture {
+            name: name.to_owned(),
+            width: PALETTE_SIDE,
+            height: PALETTE_SIDE,
+            rgba: (0..=255)
+                .map(|i| {
+                    let [r, g, b] = texel(i);
+                    [r, g, b, 255]
+                })
+                .collect(),
+        };
+        let palette = self.palette;
+        let base = self.set.add_texture(picture("particles", &|_| [0; 3]));
+        let emission = picture("particles emission", &|i| palette.rgb(i));
+        let emission = self.set.add_texture(emission);
+        let material = Material {
+            name: "particles".to_owned(),
+            surface: Surface::Diffuse,
+            base,
+            emission: Some(emission),
+            emission_scale: 1.0,
+            emission_weight: 0.0,
+            alpha_tested: false,
+            two_sided: true,
+            warped: false,
+            finish: Finish::default(),
+        };
+        self.set.add(material, false)
+    }
+
+    /// The mesh of the world, and the instance that places it.
+    pub(super) fn world_mesh(&mut self, surfaces: &mut Surfaces<'_>) {
+        let bsp = &self.level.bsp;
+        let world = self.model_mesh(surfaces, bsp, 0, Look::default());
+        self.report.open_edges = world.open_edges.len();
+        self.seal(&world);
+        let file = self.lightmaps(bsp, &self.level.light);
+        self.add_mesh("world", world, file);
+        self.instances
+            .push(Instance::new(0, Affine3A::IDENTITY, "worldspawn"));
+    }
+}
