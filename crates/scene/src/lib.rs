@@ -25,6 +25,7 @@ pub mod light;
 pub mod material;
 pub mod media;
 pub mod mesh;
+pub mod playback;
 pub mod render;
 pub mod sky;
 pub mod sprite;

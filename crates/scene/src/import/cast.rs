@@ -24,6 +24,8 @@ const PALETTE_SIDE: u32 = 16;
 pub struct Cast {
     /// By name as the demo has it. Models that are not there, or can't be read, are not among them.
     pub models: HashMap<String, CastModel>,
+    /// Models that are there in part only, by name and coverage in 255ths.
+    pub faded: HashMap<(String, u8), CastModel>,
     /// Shows the palette, and shines: index `i` with the texture coordinates of [`Cast::palette_uv`].
     pub palette: MaterialId,
     /// Materials of players' skins by model, skin, and the rows of shirt and trousers.
@@ -88,6 +90,8 @@ pub struct CastList<'a> {
     pub models: &'a [String],
     /// Rows of the palette (0 to 15) that players wear as shirt and trousers.
     pub colours: &'a [[u8; 2]],
+    /// Models that appear in part only, with their coverage in 255ths.
+    pub faded: &'a [(String, u8)],
 }
 
 /// Turns a level into a scene that frames are shown of: the world alone is placed, and the models asked for
@@ -115,8 +119,12 @@ impl World<'_> {
         let level = self.level;
         let mut surfaces = Surfaces::new(&level.bsp, &level.animation, self.palette, self.beside());
         self.world_mesh(&mut surfaces);
+        // Where the level has its brush models decides which lamps are there twice; frames place them.
+        self.is_stage = true;
+        self.brush_entities(&mut surfaces);
         let mut cast = Cast {
             models: HashMap::new(),
+            faded: HashMap::new(),
             palette: self.palette_material(),
             coloured: HashMap::new(),
         };
@@ -129,23 +137,44 @@ impl World<'_> {
             let model = if is_level {
                 has_level = true;
                 Some(CastModel::Level)
-            } else if let Some(number) = name.strip_prefix('*') {
-                number
-                    .parse()
-                    .ok()
-                    .and_then(|n| self.brush_model(&mut surfaces, n))
             } else {
-                self.cast_file(name, list.colours, &mut cast)
+                self.cast_model(&mut surfaces, name, None, list.colours, &mut cast)
             };
             if let Some(model) = model {
                 cast.models.insert(name.clone(), model);
+            }
+        }
+        for (name, coverage) in list.faded {
+            let alpha = Some(f32::from(*coverage) / 255.0);
+            let model = self.cast_model(&mut surfaces, name, alpha, &[], &mut cast);
+            if let Some(model) = model {
+                cast.faded.insert((name.clone(), *coverage), model);
             }
         }
         self.tell_of_missing();
         Ok((self.finish()?, cast))
     }
 
-    fn brush_model(&mut self, surfaces: &mut Surfaces<'_>, number: usize) -> Option<CastModel> {
+    fn cast_model(
+        &mut self,
+        surfaces: &mut Surfaces<'_>,
+        name: &str,
+        alpha: Option<f32>,
+        colours: &[[u8; 2]],
+        cast: &mut Cast,
+    ) -> Option<CastModel> {
+        match name.strip_prefix('*') {
+            Some(number) => self.brush_model(surfaces, number.parse().ok()?, alpha),
+            None => self.cast_file(name, alpha, colours, cast),
+        }
+    }
+
+    fn brush_model(
+        &mut self,
+        surfaces: &mut Surfaces<'_>,
+        number: usize,
+        alpha: Option<f32>,
+    ) -> Option<CastModel> {
         let bsp = &self.level.bsp;
         if number == 0 || number >= bsp.models.len() {
             return None;
@@ -153,10 +182,10 @@ impl World<'_> {
         let mut mesh = |world: &mut Self, alternate| {
             let look = Look {
                 alternate,
+                alpha,
                 ..Look::default()
             };
-            let part = world.model_mesh(surfaces, bsp, number, look);
-            (!part.triangles.is_empty()).then_some(part)
+            world.brush_mesh(surfaces, number, look)
         };
         let time = f64::from(self.options.time);
         let differs = (bsp.drawable_faces(number))
@@ -166,18 +195,21 @@ impl World<'_> {
                     .map(|alternate| self.level.animation.frame_at(t, time, alternate));
                 usual != other
             });
-        let name = format!("*{number}");
-        let usual = mesh(self, false)?;
-        let first = self.add_mesh(&name, usual, 0);
-        let other = differs.then(|| mesh(self, true)).flatten();
-        let second = other.map_or(first, |other| self.add_mesh(&name, other, 0));
+        let first = mesh(self, false)?;
+        let second = differs.then(|| mesh(self, true)).flatten();
         Some(CastModel::Brush {
-            meshes: [first, second],
+            meshes: [first, second.unwrap_or(first)],
             within: growth(bounds(bsp, number), ENTITY_GROWTH),
         })
     }
 
-    fn cast_file(&mut self, name: &str, colours: &[[u8; 2]], cast: &mut Cast) -> Option<CastModel> {
+    fn cast_file(
+        &mut self,
+        name: &str,
+        alpha: Option<f32>,
+        colours: &[[u8; 2]],
+        cast: &mut Cast,
+    ) -> Option<CastModel> {
         match &*self.loaded(name)? {
             Loaded::Brush(mesh, within) => Some(CastModel::Brush {
                 meshes: [*mesh; 2],
@@ -186,7 +218,7 @@ impl World<'_> {
             Loaded::Alias(both) => {
                 let file = &both.0;
                 let mut model = AliasModel::new(name, file, |skin, part, pixels| {
-                    self.paint_skin(name, file, [skin, part], pixels, None)
+                    self.paint_skin(name, file, [skin, part], pixels, alpha)
                 });
                 if alias::stem(name) == "player" {
                     self.colour_skins(name, file, colours, cast, &mut model.mesh);
@@ -206,7 +238,7 @@ impl World<'_> {
             }
             Loaded::Sprite(both) => {
                 let mut model = SpriteModel::new(name, &both.0, |number, picture| {
-                    self.paint_sprite(name, number, picture, None)
+                    self.paint_sprite(name, number, picture, alpha)
                 });
                 let quads = std::mem::take(&mut model.quads);
                 let meshes = quads

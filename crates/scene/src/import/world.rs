@@ -10,7 +10,7 @@ use super::names::NameKind;
 use super::notes::Notes;
 use super::poses::Pose;
 use super::suns::SkyLight;
-use super::surfaces::{FaceSurface, Look, MaterialSet, Surfaces};
+use super::surfaces::{FaceSurface, Look, LookKey, MaterialSet, Surfaces};
 use super::translucent::{self, LiquidAlphas};
 use super::{Files, ImportError, ImportOptions, LightMode, Lighting};
 use super::{cameras, cells, emitters, fog, lights, poses, seal, sky, suns, trees};
@@ -69,6 +69,10 @@ pub struct World<'a> {
     pub(super) models: Models,
     /// For each mesh the number of its file among the lightmaps.
     pub(super) files_of_meshes: Vec<usize>,
+    /// Meshes of the level's brush models, by model and texture frames shown.
+    brush_meshes: BTreeMap<(usize, LookKey), Option<usize>>,
+    /// Whether frames place all but the world itself.
+    pub(super) is_stage: bool,
 }
 
 impl<'a> World<'a> {
@@ -113,19 +117,17 @@ impl<'a> World<'a> {
             baked: (options.lighting == Lighting::Lightmap).then(Baked::new),
             models: Models::default(),
             files_of_meshes: Vec::new(),
+            brush_meshes: BTreeMap::new(),
+            is_stage: false,
         }
     }
 
     /// Does all of it.
     pub fn build(mut self) -> Result<Scene, ImportError> {
-        let Level { bsp, entities, .. } = self.level;
+        let bsp = &self.level.bsp;
         let mut surfaces = Surfaces::new(bsp, &self.level.animation, self.palette, self.beside());
         self.world_mesh(&mut surfaces);
-        let (poses, hidden) = poses::poses(bsp, entities, self.options, &mut self.notes);
-        for model in hidden {
-            self.report.faces_left_out += bsp.drawable_faces(model).count();
-        }
-        self.brush_entities(&mut surfaces, &poses);
+        let poses = self.brush_entities(&mut surfaces);
         if self.options.inhabitants {
             self.point_entities(&poses);
         }
@@ -215,13 +217,16 @@ impl<'a> World<'a> {
         }
     }
 
-    fn brush_entities(&mut self, surfaces: &mut Surfaces<'_>, poses: &[Pose<'_>]) {
-        let bsp = &self.level.bsp;
+    /// Places the brush entities; gives where they are.
+    pub(super) fn brush_entities(&mut self, surfaces: &mut Surfaces<'_>) -> Vec<Pose<'a>> {
+        let Level { bsp, entities, .. } = self.level;
+        let (poses, hidden) = poses::poses(bsp, entities, self.options, &mut self.notes);
+        for model in hidden {
+            self.report.faces_left_out += bsp.drawable_faces(model).count();
+        }
         let mut merged = HashSet::new();
-        // Meshes of models that are instanced, by model and texture frames shown.
-        let mut known: BTreeMap<_, Option<usize>> = BTreeMap::new();
         let mut places: HashMap<[i64; 6], u8> = HashMap::new();
-        for pose in poses {
+        for pose in &poses {
             let bounds = bounds(bsp, pose.model);
             let taken = places.entry(place_key(bounds, pose.offset)).or_default();
             let growth = growth(bounds, ENTITY_GROWTH * f32::from(*taken + 1));
@@ -233,7 +238,7 @@ impl<'a> World<'a> {
             };
             // A second entity of the same model is an instance, so that a few bytes of entity text
             // can't make many triangles.
-            if pose.fixed && merged.insert(pose.model) {
+            if pose.fixed && !self.is_stage && merged.insert(pose.model) {
                 let mut part = self.model_mesh(surfaces, bsp, pose.model, look);
                 for p in &mut part.positions {
                     *p = growth.transform_point3(*p);
@@ -241,22 +246,30 @@ impl<'a> World<'a> {
                 append(&mut self.meshes[0], part);
                 continue;
             }
-            let key = (pose.model, look.key());
-            let index = match known.get(&key) {
-                Some(&index) => index,
-                None => {
-                    let part = self.model_mesh(surfaces, bsp, pose.model, look);
-                    let index = (!part.triangles.is_empty())
-                        .then(|| self.add_mesh(&format!("*{}", pose.model), part, 0));
-                    known.insert(key, index);
-                    index
-                }
-            };
-            if let Some(mesh) = index {
+            if let Some(mesh) = self.brush_mesh(surfaces, pose.model, look) {
                 let place = Affine3A::from_translation(pose.offset) * growth;
                 self.place(Instance::new(mesh, place, pose.classname));
             }
         }
+        poses
+    }
+
+    /// Number of the mesh of a brush model of the level, if it has something to draw.
+    pub(super) fn brush_mesh(
+        &mut self,
+        surfaces: &mut Surfaces<'_>,
+        model: usize,
+        look: Look,
+    ) -> Option<usize> {
+        let key = (model, look.key());
+        if let Some(&known) = self.brush_meshes.get(&key) {
+            return known;
+        }
+        let part = self.model_mesh(surfaces, &self.level.bsp, model, look);
+        let index =
+            (!part.triangles.is_empty()).then(|| self.add_mesh(&format!("*{model}"), part, 0));
+        self.brush_meshes.insert(key, index);
+        index
     }
 
     /// Places a mesh, unless a few bytes of entity text have placed too many triangles already.
@@ -363,6 +376,9 @@ impl<'a> World<'a> {
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))
             .chain(self.notes.into_sentences())
             .collect();
+        if self.is_stage {
+            self.instances.truncate(1);
+        }
         // Which lights stand for lamps that are drawn, too, was decided by all that emits.
         let emitters = match self.options.frames && !emitters.list.is_empty() {
             true => Emitters::new(

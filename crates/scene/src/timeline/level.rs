@@ -5,7 +5,7 @@ use super::seed::Seed;
 use super::track::{Blend, Track};
 use bsp::dem::{BeamKind, EntityState};
 use glam::Vec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// One level of a demo.
@@ -198,4 +198,55 @@ pub(super) struct WeaponKey {
     pub model: u16,
     pub blend: Blend,
     pub flash: bool,
+}
+
+impl Level {
+    /// Every model that entities, statics and the player's hand ever show, with the opacity that it has.
+    pub(crate) fn shown(&self) -> impl Iterator<Item = (u16, f32)> {
+        let keys = self.tracks.iter().flat_map(|t| &t.keys);
+        let states = keys.filter_map(|k| k.state.as_ref());
+        let statics = self.statics.iter().map(|s| &s.state);
+        let all = states.chain(statics).chain(self.baselines.values());
+        let hands = self.weapons.iter().map(|w| (w.model, 0));
+        let seen: BTreeSet<(u16, u8)> = all.map(|s| (s.model, s.alpha)).chain(hands).collect();
+        seen.into_iter().map(|(model, alpha)| {
+            let state = EntityState {
+                alpha,
+                ..EntityState::default()
+            };
+            (model, state.opacity())
+        })
+    }
+
+    /// Colours that players ever wear.
+    pub(crate) fn worn(&self) -> impl Iterator<Item = u8> + '_ {
+        self.colours.values().flatten().map(|(_, colours)| *colours)
+    }
+
+    /// Bolts and beams that appear.
+    pub(crate) fn beam_kinds(&self) -> impl Iterator<Item = BeamKind> + '_ {
+        self.beams.iter().map(|b| b.kind)
+    }
+}
+
+impl Static {
+    /// It as an entity; `index` tells it from others.
+    pub(crate) fn entity(&self, index: usize, level: &Level) -> super::Entity {
+        let state = &self.state;
+        super::Entity {
+            number: 0,
+            model: state.model,
+            origin: state.origin.into(),
+            angles: state.angles.into(),
+            frame: super::FrameBlend::still(state.frame),
+            skin: state.skin,
+            colours: None,
+            effects: state.effects,
+            alpha: state.opacity(),
+            scale: f32::from(state.scale) / 16.0,
+            since: level.span.0,
+            phase: Seed(index as u64).unit(u64::from(state.model)),
+            is_remembered: false,
+        }
+    }
 }

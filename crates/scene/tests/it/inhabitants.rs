@@ -14,7 +14,7 @@ use scene::{Camera, Instance, Scene};
 
 /// A pyramid that points forward (+X) and has its base 24 units below its origin, one frame for each
 /// height; the skins are the palette indices given.
-fn model(heights: &[f64], skins: &[u8], flags: u32, group: bool) -> Vec<u8> {
+pub fn model(heights: &[f64], skins: &[u8], flags: u32, group: bool) -> Vec<u8> {
     let pose = |&z: &f64| ModelPose {
         name: "pose".to_owned(),
         positions: vec![
@@ -56,7 +56,7 @@ fn model(heights: &[f64], skins: &[u8], flags: u32, group: bool) -> Vec<u8> {
     .write()
 }
 
-fn globe() -> Vec<u8> {
+pub fn globe() -> Vec<u8> {
     let picture = SpritePicture {
         origin: [-8, 8],
         size: [16, 16],
@@ -372,6 +372,7 @@ fn a_demo_s_models_become_meshes_that_frames_place() {
     let list = CastList {
         models: &names,
         colours: &[[4, 13]],
+        faded: &[],
     };
     let options = ImportOptions::default();
     let (scene, cast) =
@@ -457,6 +458,7 @@ fn every_real_model_joins_a_cast() {
     let list = CastList {
         models: &models,
         colours: &[],
+        faded: &[],
     };
     let options = ImportOptions::default();
     let (scene, cast) = import_cast(&level, &palette, &files, &options, list).expect("a cast");

@@ -7,6 +7,7 @@ mod lamps;
 mod levels;
 mod materials;
 mod pictures;
+mod playback;
 mod poses;
 mod skies;
 mod timeline;

@@ -539,3 +539,66 @@ fn at_its_own_time_a_message_is_what_is_shown() {
         assert!(compared > 200, "{name}: {compared}");
     }
 }
+
+/// Whatever is broken in a demo, what is left of it plays, with numbers that are finite.
+#[test]
+fn broken_demos_play_what_is_left_of_them() {
+    let mut w = begin(Dialect {
+        protocol: 999,
+        flags: 0x14,
+        ..Dialect::QUAKE
+    });
+    for i in 0..30_u16 {
+        let missile = Entity {
+            model: MISSILE,
+            effects: (i % 16) as u8,
+            step: i % 3 == 0,
+            ..ogre(f32::from(i) * 20.0)
+        };
+        let all = [player(f32::from(i)), (9, missile), (50, ogre(1.0))];
+        w.frame(10.0 + f32::from(i) / 16.0, &all)
+            .client(&Client::default());
+        let kind = (i % 13) as u8;
+        match kind {
+            5 | 6 | 9 => drop(w.beam(kind, 1, [0.0; 3], [90.0; 3])),
+            12 => drop(w.coloured_explosion([1.0; 3], 250, 9)),
+            _ => drop(w.effect(kind, [f32::from(i); 3])),
+        }
+        w.damage(3, 7, [0.0; 3]).fog(9, [1, 2, 3], 50);
+        w.end_block([0.0, f32::from(i), 0.0]);
+    }
+    let bytes = w.finish();
+    let mut random = common::Random(7);
+    let options = Options {
+        unseen: Unseen::All,
+        smooth_styles: true,
+    };
+    let mut played = 0;
+    for _ in 0..400 {
+        let mut broken = bytes.clone();
+        for _ in 0..1 + (random.next() * 20.0) as usize {
+            let at = 3 + (random.next() * (bytes.len() - 3) as f64) as usize;
+            broken[at] = (random.next() * 256.0) as u8;
+        }
+        let mut warnings = Warnings::new();
+        let Ok(demo) = Demo::parse(&broken, &Limits::default(), &mut warnings) else {
+            continue;
+        };
+        let timeline = Timeline::new(&demo, &|_| None, &mut warnings);
+        for i in 0..8 {
+            let t = timeline.duration() * f64::from(i) / 7.0;
+            let Some(state) = timeline.state_at(t, &options) else {
+                continue;
+            };
+            let entities = state.entities.iter().flat_map(|e| [e.origin, e.angles]);
+            let lights = state.lights.iter().map(|l| l.at);
+            let particles = state.particles.iter().map(|p| p.at);
+            let view = [state.view.eye, state.view.angles];
+            let mut all = entities.chain(lights).chain(particles).chain(view);
+            assert!(all.all(|p| p.is_finite()));
+            assert!(state.particles.len() <= 16_384);
+            played += 1;
+        }
+    }
+    assert!(played > 2000, "{played}");
+}
