@@ -128,7 +128,7 @@ fn a_light_of_a_frame_has_the_irradiance_of_a_sphere() {
             let view = settings(down.clone(), 4, estimator, 2);
             let moments = vec![(frame.clone(), 256)];
             let film = &render_moments(device(), &scene, &view, &[(1, moments)])[0];
-            let albedo = f64::from(scene::material::MAX_ALBEDO as f32);
+            let albedo = f64::from(scene::material::MAX_ALBEDO);
             for (c, intensity) in [900.0, 450.0, 90.0].into_iter().enumerate() {
                 let expected =
                     albedo / std::f64::consts::PI * intensity / f64::from(distance).powi(2);
