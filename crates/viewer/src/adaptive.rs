@@ -11,6 +11,7 @@
 use crate::job::AnyRenderer;
 use anyhow::Result;
 use rayon::prelude::*;
+use scene::Frame;
 use scene::render::{Film, RELMSE_EPSILON};
 
 /// Pixels to each side that a pixel's density looks at.
@@ -83,6 +84,16 @@ impl AnyRenderer for Adaptive {
 
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()> {
         self.inner.accumulate_per_pixel(samples)
+    }
+
+    fn show(&mut self, frame: &Frame) -> Result<()> {
+        self.inner.show(frame)
+    }
+
+    fn restart(&mut self, seed: u64) -> Result<()> {
+        self.taken = 0;
+        self.density.clear();
+        self.inner.restart(seed)
     }
 
     fn film(&mut self) -> Result<Film> {
@@ -169,6 +180,15 @@ mod tests {
             Ok(())
         }
 
+        fn show(&mut self, _: &Frame) -> Result<()> {
+            Ok(())
+        }
+
+        fn restart(&mut self, _: u64) -> Result<()> {
+            self.counts.clear();
+            Ok(())
+        }
+
         fn film(&mut self) -> Result<Film> {
             let noise = |i: usize| if i % SIDE >= SIDE / 2 { 0.9 } else { 0.1 };
             Ok(Film {
@@ -189,6 +209,17 @@ mod tests {
             adaptive.accumulate(samples).unwrap();
         }
         adaptive.film().unwrap().sample_counts
+    }
+
+    #[test]
+    fn every_picture_has_its_own_pilot() {
+        let mut adaptive = Adaptive::new(Box::<Fake>::default(), 16);
+        adaptive.accumulate(64).unwrap();
+        adaptive.restart(1).unwrap();
+        for samples in [16, 48] {
+            adaptive.accumulate(samples).unwrap();
+        }
+        assert_eq!(adaptive.film().unwrap().sample_counts, counts(&[64]));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::progress::Progress;
 use anyhow::{Result, bail};
+use scene::Frame;
 use scene::render::{Film, Renderer};
 use std::time::{Duration, Instant};
 
@@ -17,6 +18,16 @@ pub trait AnyRenderer {
     /// # Errors
     /// When the device fails.
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()>;
+    /// See [`Renderer::show`].
+    ///
+    /// # Errors
+    /// When the frame contradicts the scene, or the device fails.
+    fn show(&mut self, frame: &Frame) -> Result<()>;
+    /// See [`Renderer::restart`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn restart(&mut self, seed: u64) -> Result<()>;
     /// See [`Renderer::film`].
     ///
     /// # Errors
@@ -31,6 +42,14 @@ impl<R: Renderer> AnyRenderer for R {
 
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()> {
         Ok(Renderer::accumulate_per_pixel(self, samples)?)
+    }
+
+    fn show(&mut self, frame: &Frame) -> Result<()> {
+        Ok(Renderer::show(self, frame)?)
+    }
+
+    fn restart(&mut self, seed: u64) -> Result<()> {
+        Ok(Renderer::restart(self, seed)?)
     }
 
     fn film(&mut self) -> Result<Film> {
@@ -175,6 +194,14 @@ mod tests {
 
         fn accumulate_per_pixel(&mut self, _: &[u32]) -> Result<()> {
             unreachable!("pixels are treated alike")
+        }
+
+        fn show(&mut self, _: &Frame) -> Result<()> {
+            unreachable!("nothing moves")
+        }
+
+        fn restart(&mut self, _: u64) -> Result<()> {
+            unreachable!("there is one picture")
         }
 
         fn film(&mut self) -> Result<Film> {

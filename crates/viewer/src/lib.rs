@@ -16,6 +16,7 @@ pub mod metrics;
 pub mod output;
 pub mod picture;
 pub mod progress;
+mod shot;
 pub mod tonemap;
 
 use clap::{ColorChoice, CommandFactory as _, FromArgMatches as _};

@@ -10,6 +10,7 @@ use runelight::bench::view::Job;
 use runelight::bench::watch::Watch;
 use runelight::cli::{Lights, SceneArgs};
 use runelight::job::AnyRenderer;
+use scene::Frame;
 use scene::render::{Estimator, Film, Selection, Settings};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -40,6 +41,14 @@ impl AnyRenderer for Wrong {
 
     fn accumulate_per_pixel(&mut self, samples: &[u32]) -> Result<()> {
         AnyRenderer::accumulate_per_pixel(&mut self.right, samples)
+    }
+
+    fn show(&mut self, frame: &Frame) -> Result<()> {
+        AnyRenderer::show(&mut self.right, frame)
+    }
+
+    fn restart(&mut self, seed: u64) -> Result<()> {
+        AnyRenderer::restart(&mut self.right, seed)
     }
 }
 

@@ -102,6 +102,7 @@ pub fn run(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::Frame;
     use std::cell::Cell;
 
     /// Counts samples and sleeps over each.
@@ -126,6 +127,14 @@ mod tests {
 
         fn accumulate_per_pixel(&mut self, _: &[u32]) -> Result<()> {
             unreachable!("pixels are treated alike")
+        }
+
+        fn show(&mut self, _: &Frame) -> Result<()> {
+            unreachable!("nothing moves")
+        }
+
+        fn restart(&mut self, _: u64) -> Result<()> {
+            unreachable!("there is one picture")
         }
     }
 

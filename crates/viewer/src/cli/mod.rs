@@ -13,7 +13,7 @@ pub use compare::{Compare, Maxima};
 pub use compare_light::CompareLight;
 pub use demo::Demo;
 pub use export::{Export, ExportFormat};
-pub use render::{ExrType, LayerList, Render};
+pub use render::{ExrType, LayerList, PictureArgs, Render};
 pub use shared::{
     CameraChoice, EstimatorName, LightingName, Lights, SceneArgs, SelectionName, SurfaceArgs,
     ViewArgs,
@@ -176,9 +176,16 @@ mod tests {
     fn defaults_are_the_documented_ones() {
         let r = render(&[]);
         assert_eq!(
-            (r.view.size, r.spp, r.depth, r.seed),
+            (
+                r.picture.view.size,
+                r.picture.spp,
+                r.picture.depth,
+                r.picture.seed
+            ),
             ((1280, 720), 64, 8, 0)
         );
+        assert!(r.level.is_none() && r.output.is_empty() && r.picture.view.camera.is_none());
+        let r = r.picture;
         assert_eq!((r.scene.threshold, r.exposure, r.scene.at), (0.5, 0.0, 0.0));
         let import = scene::import::ImportOptions::default();
         assert_eq!(r.scene.emission_scale as f32, import.emission_scale);
@@ -187,26 +194,31 @@ mod tests {
         assert_eq!(r.lighting, LightingName::Physical);
         assert_eq!((r.scene.lights, r.tonemap), (Lights::Auto, Tonemap::Agx));
         assert_eq!(r.layers, LayerList(vec![Layer::Beauty]));
-        assert!(r.level.is_none() && r.output.is_empty() && r.view.camera.is_none());
     }
 
     #[test]
     fn cameras_are_poses_numbers_or_names() {
         let pose = CameraChoice::Pose([-1.5, 2.0, 3.0, 0.0, -90.0, 5.0]);
         assert_eq!(
-            render(&["--camera", "-1.5 2 3 0 -90 5"]).view.camera,
+            render(&["--camera", "-1.5 2 3 0 -90 5"])
+                .picture
+                .view
+                .camera,
             Some(pose.clone())
         );
         assert_eq!(
-            render(&["--camera=-1.5,2,3, 0,-90,5"]).view.camera,
+            render(&["--camera=-1.5,2,3, 0,-90,5"]).picture.view.camera,
             Some(pose)
         );
         assert_eq!(
-            render(&["--camera", "2"]).view.camera,
+            render(&["--camera", "2"]).picture.view.camera,
             Some(CameraChoice::Index(2))
         );
         assert_eq!(
-            render(&["--camera", "info_intermission"]).view.camera,
+            render(&["--camera", "info_intermission"])
+                .picture
+                .view
+                .camera,
             Some(CameraChoice::Name("info_intermission".into()))
         );
         for wrong in ["1 2 3", "1 2 3 4 5 x", "-1", "", "1 2 3 4 5 inf"] {
@@ -244,7 +256,13 @@ mod tests {
 
     #[test]
     fn fog_is_written_as_in_worldspawn() {
-        let fog = |text: &str| render(&[&format!("--fog={text}")]).scene.fog.unwrap();
+        let fog = |text: &str| {
+            render(&[&format!("--fog={text}")])
+                .picture
+                .scene
+                .fog
+                .unwrap()
+        };
         assert_eq!(fog("off"), scene::import::FogKeys::OFF);
         let keys = fog("0.05 0.1 0.2 0.4");
         assert_eq!((keys.density, keys.color), (0.05, [0.1, 0.2, 0.4]));
@@ -253,7 +271,7 @@ mod tests {
             let error = fails(&["render", &format!("--fog={wrong}")]);
             assert!(error.to_string().contains("fog is a density"), "{error}");
         }
-        assert_eq!(render(&["--skyfog=0.25"]).scene.skyfog, Some(0.25));
+        assert_eq!(render(&["--skyfog=0.25"]).picture.scene.skyfog, Some(0.25));
     }
 
     #[test]

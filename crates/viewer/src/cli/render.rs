@@ -32,6 +32,14 @@ pub struct Render {
     /// [default: LEVEL.exr and LEVEL.png here]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Vec<PathBuf>,
+    /// The picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+}
+
+/// How a picture is made, and how it is encoded: all but what it shows and where it goes.
+#[derive(Clone, Debug, Args)]
+pub struct PictureArgs {
     /// Layers of the EXR besides beauty, separated by commas: albedo, normal, depth, position,
     /// emission, direct, indirect, variance, samples, id; or all. Besides, style: light by light style
     /// at brightness 1, as style.N, so that a picture can be relit: it is the sum over brightness

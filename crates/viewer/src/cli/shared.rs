@@ -401,7 +401,9 @@ pub(super) fn parse_fog(text: &str) -> Result<FogKeys, String> {
     let words = text.split_ascii_whitespace();
     match FogKeys::read(text) {
         _ if text.trim() == "off" => Ok(FogKeys::OFF),
-        (keys, None) if words.clone().all(|w| w.parse::<f32>().is_ok()) && words.count() <= 4 => {
+        (keys, None)
+            if words.clone().all(|w| w.parse().is_ok_and(f32::is_finite)) && words.count() <= 4 =>
+        {
             Ok(keys)
         }
         _ => Err(format!(

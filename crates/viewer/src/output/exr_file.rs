@@ -23,8 +23,8 @@ fn style_channels(style: &StyleLayer, half: bool) -> [AnyChannel<FlatSamples>; 3
     })
 }
 
-/// Writes the film's layers that `style` names, with its notes as attributes `runelight:NAME`.
-pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Result<()> {
+/// The film's layers that `style` names, with its notes as attributes `runelight:NAME`.
+pub(super) fn encode_film(film: &Film, style: &Style) -> Result<Vec<u8>> {
     let mut channels = Vec::new();
     for &layer in &style.layers {
         if let Plane::Styles(styles) = layer.plane(film) {
@@ -62,7 +62,7 @@ pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Res
         let name = Text::from(format!("runelight:{name}").as_str());
         attributes.other.insert(name, value);
     }
-    encode(file, [film.width, film.height], channels, attributes)
+    encode([film.width, film.height], channels, attributes)
 }
 
 /// Writes layers of `width * height` RGB values each, rows from the top; one without a name is plain
@@ -87,15 +87,15 @@ pub fn write_rgb_layers(
             })
         })
         .collect();
-    encode(file, [width, height], channels, LayerAttributes::default())
+    let bytes = encode([width, height], channels, LayerAttributes::default())?;
+    Ok(file.write_all(&bytes)?)
 }
 
 fn encode(
-    file: &mut std::fs::File,
     [width, height]: [u32; 2],
     channels: Vec<AnyChannel<FlatSamples>>,
     attributes: LayerAttributes,
-) -> Result<()> {
+) -> Result<Vec<u8>> {
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -115,8 +115,7 @@ fn encode(
     image.write().to_buffered(&mut bytes)?;
     let mut bytes = bytes.into_inner();
     sort_attributes(&mut bytes);
-    file.write_all(&bytes)?;
-    Ok(())
+    Ok(bytes)
 }
 
 /// Sorts the attributes of the only header of an EXR by name, as the OpenEXR library writes them.

@@ -4,15 +4,18 @@ mod exr_file;
 pub mod layers;
 mod part;
 mod png_file;
+pub mod screen;
 
 pub use exr_file::write_rgb_layers;
 pub use layers::{Layer, Plane};
 pub use part::{PartFile, remove_unfinished};
 pub use png_file::write_rgb8;
+pub use screen::Screen;
 
 use crate::tonemap::Tonemap;
 use anyhow::{Context as _, Result, bail};
 use scene::render::Film;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Formats a picture can be written in, by extension.
@@ -50,7 +53,9 @@ pub struct Style {
     pub exposure: f32,
     /// Tone curve of a PNG.
     pub tonemap: Tonemap,
-    /// Notes by name, in order; attributes of an EXR.
+    /// What a PNG shows besides the light.
+    pub screen: Screen,
+    /// Notes by name, in order; attributes of an EXR, texts of a PNG.
     pub notes: Vec<(&'static str, Note)>,
 }
 
@@ -72,6 +77,21 @@ impl std::fmt::Display for Note {
             Self::Int(v) => v.fmt(f),
             Self::Float(v) => v.fmt(f),
         }
+    }
+}
+
+/// The bytes of a file. The same picture with the same notes is the same file.
+///
+/// # Errors
+/// When the picture has no size.
+pub fn encode(format: Format, film: &Film, style: &Style) -> Result<Vec<u8>> {
+    match format {
+        Format::Exr => exr_file::encode_film(film, style),
+        Format::Png => png_file::encode(
+            &screen::codes(film, style),
+            [film.width, film.height],
+            &style.notes,
+        ),
     }
 }
 
@@ -103,11 +123,9 @@ impl Outputs {
     pub fn write(mut self, film: &Film, style: &Style) -> Result<Vec<PathBuf>> {
         for (format, part) in &mut self.0 {
             let path = part.path().to_owned();
-            match format {
-                Format::Exr => exr_file::write(part.file(), film, style),
-                Format::Png => png_file::write(part.file(), film, style),
-            }
-            .with_context(|| format!("{} cannot be written", path.display()))?;
+            encode(*format, film, style)
+                .and_then(|bytes| Ok(part.file().write_all(&bytes)?))
+                .with_context(|| format!("{} cannot be written", path.display()))?;
         }
         let paths = self.0.iter().map(|(_, p)| p.path().to_owned()).collect();
         for (_, part) in self.0 {

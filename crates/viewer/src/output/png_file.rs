@@ -1,18 +1,28 @@
 //! Tone-mapped PNG with 8 bits per channel.
 
-use super::Style;
-use crate::tonemap::display_u8;
+use super::Note;
 use anyhow::Result;
-use image::ImageEncoder as _;
-use scene::render::Film;
-use std::io::{BufWriter, Write as _};
+use std::io::Write as _;
 
-/// Writes the beauty layer as a display shows it.
-pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Result<()> {
-    let bytes: Vec<u8> = (film.beauty.iter())
-        .flat_map(|p| display_u8(*p, style.exposure, style.tonemap))
-        .collect();
-    write_rgb8(file, &bytes, film.width, film.height)
+/// RGB triples of display codes, rows from the top, as a PNG with its notes as texts `runelight:NAME`.
+pub(super) fn encode(
+    codes: &[[u8; 3]],
+    [width, height]: [u32; 2],
+    notes: &[(&'static str, Note)],
+) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    for (name, note) in notes {
+        encoder.add_itxt_chunk(format!("runelight:{name}"), note.to_string())?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(codes.as_flattened())?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 /// Writes `width * height` RGB triples of display codes, rows from the top, as PNG.
@@ -20,13 +30,7 @@ pub(super) fn write(file: &mut std::fs::File, film: &Film, style: &Style) -> Res
 /// # Errors
 /// When the file cannot be written.
 pub fn write_rgb8(file: &mut std::fs::File, bytes: &[u8], width: u32, height: u32) -> Result<()> {
-    let mut writer = BufWriter::new(file);
-    image::codecs::png::PngEncoder::new(&mut writer).write_image(
-        bytes,
-        width,
-        height,
-        image::ExtendedColorType::Rgb8,
-    )?;
-    writer.flush()?;
+    let (codes, _) = bytes.as_chunks::<3>();
+    file.write_all(&encode(codes, [width, height], &[])?)?;
     Ok(())
 }
