@@ -36,10 +36,13 @@ void begin_ray(inout Walk walk, vec3 origin, uint mask, bool has_sampled) {
     }
 }
 
-// Russian roulette, where the depth is unlimited.
+// Russian roulette (Arvo and Kirk 1990). Paths that find light by hitting it alone end by chance only
+// where nothing else ends them.
 bool survives(inout Walk walk, float u) {
-    if (params.depth != 0u || walk.vertex < ROULETTE_START) return true;
-    const float survival = min(max_component(walk.throughput), ROULETTE_MAX_SURVIVAL);
+    const bool endless = params.depth == 0u && walk.vertex >= ROULETTE_START;
+    const float throughput = max_component(walk.throughput);
+    const float by_throughput = SAMPLES_LIGHTS ? ROULETTE_GAIN * throughput : endless ? throughput : 1.0;
+    const float survival = min(by_throughput, endless ? ROULETTE_MAX_SURVIVAL : 1.0);
     if (u >= survival) return false;
     walk.throughput /= survival;
     return true;

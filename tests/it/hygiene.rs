@@ -180,6 +180,8 @@ fn the_shaders_count_with_the_numbers_of_the_scene() {
         ("GLOSS_TABLE_SIDE", gloss::TABLE_SIDE as f64),
         ("BACK_SPEED", sky::BACK_SPEED),
         ("FRONT_SPEED", sky::FRONT_SPEED),
+        ("CELL_LIFT", f64::from(scene::cells::CELL_LIFT)),
+        ("ROULETTE_GAIN", render::ROULETTE_GAIN),
         ("ROULETTE_START", f64::from(render::ROULETTE_START)),
         ("ROULETTE_MAX_SURVIVAL", render::ROULETTE_MAX_SURVIVAL),
     ] {

@@ -3,7 +3,7 @@
 use crate::rng::Rng;
 use glam::DVec3;
 use scene::Scene;
-use scene::cells::{CELL, Cell, CellEntry, FALLBACK};
+use scene::cells::{CELL, CELL_LIFT, Cell, CellEntry, FALLBACK};
 use scene::emitter::LightTree;
 use scene::emitter::tree::{LEAF, NO_TRAIL, TreeNode};
 use scene::render::Selection;
@@ -38,10 +38,17 @@ impl<'a> Choice<'a> {
         share: 1.0,
     };
 
-    /// The choice at `point`, where something that moves is chosen with probability `moving` instead.
-    pub fn at(scene: &'a Scene, selection: Selection, point: DVec3, moving: f32) -> Self {
+    /// The choice at `point` of a surface that is seen from where `normal` points to, or in fog, where there
+    /// is no normal; something that moves is chosen with probability `moving` instead.
+    pub fn at(
+        scene: &'a Scene,
+        selection: Selection,
+        point: DVec3,
+        normal: DVec3,
+        moving: f32,
+    ) -> Self {
         Self {
-            by: By::at(scene, selection, point),
+            by: By::at(scene, selection, point, normal),
             share: 1.0 - f64::from(moving),
         }
     }
@@ -59,7 +66,7 @@ impl<'a> Choice<'a> {
 }
 
 impl<'a> By<'a> {
-    fn at(scene: &'a Scene, selection: Selection, point: DVec3) -> Self {
+    fn at(scene: &'a Scene, selection: Selection, point: DVec3, normal: DVec3) -> Self {
         let all = scene.emitters.alias.as_slice();
         let tree = || match &scene.emitters.tree {
             tree if tree.nodes.is_empty() => Self::Power(all),
@@ -69,7 +76,7 @@ impl<'a> By<'a> {
             Selection::Uniform => Self::Uniform(all.len()),
             Selection::Power => Self::Power(all),
             Selection::Tree => tree(),
-            Selection::Leaf => match list_at(scene, point) {
+            Selection::Leaf => match list_at(scene, point + normal * f64::from(CELL_LIFT)) {
                 [] => tree(),
                 list => Self::List { list, all },
             },

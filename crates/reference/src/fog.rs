@@ -144,7 +144,13 @@ impl World {
 
     /// How lights are chosen at a point in fog.
     fn choice_at(&self, settings: &Settings, point: DVec3) -> Choice<'_> {
-        Choice::at(&self.scene, settings.selection, point, self.moving.share)
+        Choice::at(
+            &self.scene,
+            settings.selection,
+            point,
+            DVec3::ZERO,
+            self.moving.share,
+        )
     }
 }
 
@@ -216,9 +222,7 @@ impl<'a> Walk<'a> {
         }
         let direction = sample_sphere(rng.next2());
         let is_black = self.throughput == DVec3::ZERO;
-        Met::Scattering(
-            !is_black && self.go_on((place, Sight::OTHERS), direction, settings.depth, rng),
-        )
+        Met::Scattering(!is_black && self.go_on((place, Sight::OTHERS), direction, settings, rng))
     }
 }
 

@@ -12,7 +12,7 @@ use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
 use scene::Surface;
-use scene::render::{Estimator, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
+use scene::render::{Estimator, ROULETTE_GAIN, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
 
 /// What a path found.
 #[derive(Clone, Debug, Default)]
@@ -109,11 +109,11 @@ impl Walk<'_> {
         &mut self,
         (origin, sight): (DVec3, Sight),
         direction: DVec3,
-        depth: u32,
+        settings: &Settings,
         rng: &mut Rng,
     ) -> bool {
-        if depth == 0 && self.k >= ROULETTE_START {
-            let survival = self.throughput.max_element().min(ROULETTE_MAX_SURVIVAL);
+        let survival = survival(settings, self.throughput.max_element(), self.k);
+        if survival < 1.0 {
             if rng.next() >= survival {
                 return false;
             }
@@ -246,7 +246,7 @@ pub(crate) fn trace_path(
         walk.is_found_alone = event == Event::Reflect;
         let (origin, sight) = (point.spawn_origin(), world.sight_from(&point));
         if event == Event::Paint && estimator.samples_lights() {
-            walk.choice = Choice::at(&world.scene, selection, origin, world.moving.share);
+            walk.choice = Choice::at(&world.scene, selection, origin, normal, world.moving.share);
             let place = Place {
                 position: point.position,
                 origin,
@@ -282,8 +282,24 @@ pub(crate) fn trace_path(
             walk.throughput *= next.weight;
             next.direction
         };
-        if !walk.go_on((origin, sight), direction, depth, rng) {
+        if !walk.go_on((origin, sight), direction, settings, rng) {
             return sample;
         }
     }
+}
+
+/// Probability with which a path goes on from vertex `k` (Russian roulette, Arvo and Kirk 1990);
+/// `throughput` is the largest component. Paths that find light by hitting it alone are the walk that
+/// others are compared with, and end by chance only where nothing else ends them.
+fn survival(settings: &Settings, throughput: f64, k: u32) -> f64 {
+    let by_throughput = match settings.estimator {
+        Estimator::Nee | Estimator::Mis => ROULETTE_GAIN * throughput,
+        _ if settings.depth == 0 && k >= ROULETTE_START => throughput,
+        _ => 1.0,
+    };
+    let most = match settings.depth {
+        0 if k >= ROULETTE_START => ROULETTE_MAX_SURVIVAL,
+        _ => 1.0,
+    };
+    by_throughput.min(most)
 }

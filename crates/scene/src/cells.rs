@@ -28,6 +28,10 @@ const MOST_ENTRIES: usize = 1 << 21;
 /// at very different distances from its points.
 const NEAREST: f32 = 16.0;
 
+/// How far off a surface a point's cell is looked up, world units. Surfaces lie on the borders of cells,
+/// and by a rounding error behind them: in solid, where there is no list.
+pub const CELL_LIFT: f32 = 0.25;
+
 /// A split of space by a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct CellNode {

@@ -136,21 +136,34 @@ impl Instance {
     }
 }
 
-/// Distance from the origin to the triangle with these corners, by the regions of its plane
-/// (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
-pub(crate) fn distance_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
+/// The point of the triangle with these corners that is nearest to the origin, by the regions of its
+/// plane (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+pub(crate) fn nearest_on_triangle([a, b, c]: [DVec3; 3]) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
     let normal = ab.cross(ac);
     let inside = |p: DVec3, q: DVec3| (q - p).cross(-p).dot(normal) >= 0.0;
     if normal != DVec3::ZERO && inside(a, b) && inside(b, c) && inside(c, a) {
-        return a.dot(normal).abs() / normal.length();
+        return normal * (a.dot(normal) / normal.length_squared());
     }
-    let to_edge = |p: DVec3, q: DVec3| {
+    let on_edge = |p: DVec3, q: DVec3| {
         let along = q - p;
         let t = (-p.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (p + along * t).length()
+        p + along * t
     };
-    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
+    let edges = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
+    let nearer = |p: DVec3, q: DVec3| {
+        if q.length_squared() < p.length_squared() {
+            q
+        } else {
+            p
+        }
+    };
+    nearer(nearer(edges[0], edges[1]), edges[2])
+}
+
+/// Distance from the origin to the triangle with these corners.
+pub(crate) fn distance_to_triangle(corners: [DVec3; 3]) -> f64 {
+    nearest_on_triangle(corners).length()
 }
 
 #[cfg(test)]

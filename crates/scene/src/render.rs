@@ -136,9 +136,13 @@ pub const MOST_CANDIDATES: u32 = 32;
 /// [`Settings::candidates`] where nothing says otherwise.
 pub const CANDIDATES: u32 = 4;
 
-/// Russian roulette starts after this many path vertices when the depth is unlimited.
+/// Where lights are sampled, a path goes on with this many times the largest component of its throughput
+/// as probability, at most 1: what it would find after dark surfaces is not worth the way. In levels
+/// of dark textures a path has two vertices instead of eight.
+pub const ROULETTE_GAIN: f64 = 4.0;
+/// From this path vertex on any path of unlimited depth may end.
 pub const ROULETTE_START: u32 = 3;
-/// Largest probability to survive Russian roulette: a path always ends.
+/// Largest probability to survive then: a path always ends.
 pub const ROULETTE_MAX_SURVIVAL: f64 = 0.95;
 
 /// What a picture lost to [`Settings::clamp`].

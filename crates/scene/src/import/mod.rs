@@ -45,8 +45,8 @@ pub use cast::{Cast, CastList, CastModel, import_cast};
 pub use emitters::{LAMP_REACH, LAMP_SHARE};
 pub use fog::{FogKeys, MAX_FOG_DENSITY, SKY_FOG};
 pub use lights::{
-    CompilerLights, IRRADIANCE_PER_VALUE, LIGHT_RADIUS, LeastLight, MIN_LIGHT_RADIUS, SUN_SAMPLES,
-    WorldKeys, color_of, least_color,
+    CLEARANCE, CompilerLights, IRRADIANCE_PER_VALUE, LIGHT_RADIUS, LeastLight, MIN_LIGHT_RADIUS,
+    SUN_SAMPLES, WorldKeys, color_of, least_color,
 };
 pub use sky::{MAX_SKY_SCALE, SKY_SCALE};
 pub use suns::{DOME_RADIANCE, SUN_RADIUS_DEG};

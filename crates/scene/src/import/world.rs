@@ -344,7 +344,7 @@ impl<'a> World<'a> {
         let styles = moment.told_apart(&mut lights, &mut self.notes);
         let brightness = moment.table(&lights);
         if self.options.lighting == Lighting::Physical {
-            lights::shrink(
+            lights::make_room(
                 lights.iter_mut(),
                 &placed_corners(&self.meshes, &self.instances),
             );

@@ -2,7 +2,7 @@
 
 use crate::common::{room, scene_of};
 use glam::Vec3;
-use scene::import::{ImportOptions, LightMode, Lighting};
+use scene::import::{CLEARANCE, ImportOptions, LIGHT_RADIUS, LightMode, Lighting};
 use scene::light::{Falloff, PointLight};
 use std::f32::consts::PI;
 
@@ -81,8 +81,8 @@ fn light_entities_shine_as_their_keys_say() {
     assert!((cone.direction - Vec3::NEG_Z).length() < 1e-6);
     assert!((cone.cos_outer - 30.0_f32.to_radians().cos()).abs() < 1e-6);
     assert!(scene.features.spotlights && scene.features.point_lights);
-    // 6 units deep in the ceiling: out by the least number of steps, downwards.
-    assert_eq!(lifted.position, Vec3::new(256.0, 256.0, 254.0));
+    // 6 units deep in the ceiling: out by the least number of steps, downwards, and on to where it has room.
+    assert_eq!(lifted.position, Vec3::new(256.0, 256.0, 256.0 - CLEARANCE));
     for word in ["negative", "delay", "deep in solid"] {
         assert!(
             scene.report.warnings.iter().any(|w| w.contains(word)),
@@ -171,10 +171,9 @@ fn templates_stand_on_all_faces_with_their_texture() {
         .collect();
     let mut places: Vec<Vec3> = up.iter().map(|l| l.position).collect();
     places.sort_by(|a, b| a.x.total_cmp(&b.x));
-    let expected = [96.0, 192.0].map(|x| Vec3::new(x, 96.0, 18.0));
+    let expected = [96.0, 192.0].map(|x| Vec3::new(x, 96.0, 16.0 + CLEARANCE));
     assert_eq!(places, expected);
-    // 2 units above its face: a larger sphere would stick in it.
-    assert!(up.iter().all(|l| l.radius == 2.0));
+    assert!(up.iter().all(|l| l.radius == LIGHT_RADIUS));
     assert!(
         up.iter()
             .all(|l| l.intensity.z == 0.0 && l.intensity.x > l.intensity.y)

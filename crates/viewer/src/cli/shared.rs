@@ -398,14 +398,12 @@ pub(super) fn parse_camera(text: &str) -> Result<CameraChoice, String> {
 }
 
 pub(super) fn parse_fog(text: &str) -> Result<FogKeys, String> {
-    let words = text.split_ascii_whitespace();
+    let mut words = text.split_ascii_whitespace();
+    let are_so_many = (1..=4).contains(&words.clone().count());
+    let are_numbers = words.all(|w| w.parse().is_ok_and(f32::is_finite));
     match FogKeys::read(text) {
         _ if text.trim() == "off" => Ok(FogKeys::OFF),
-        (keys, None)
-            if words.clone().all(|w| w.parse().is_ok_and(f32::is_finite)) && words.count() <= 4 =>
-        {
-            Ok(keys)
-        }
+        (keys, None) if are_so_many && are_numbers => Ok(keys),
         _ => Err(format!(
             "fog is a density from 0 to {MAX_FOG_DENSITY}, with three colours from 0 to 1 or \
              without, as \"0.05 0.4 0.4 0.5\"; or off"

@@ -11,7 +11,7 @@ mod templates;
 pub use compiler::{CompilerLights, IRRADIANCE_PER_VALUE, LeastLight};
 pub use keys::{WorldKeys, color_of, least_color, strength};
 pub use moment::Moment;
-pub use physical::{LIGHT_RADIUS, MIN_LIGHT_RADIUS, shrink};
+pub use physical::{CLEARANCE, LIGHT_RADIUS, MIN_LIGHT_RADIUS, make_room};
 pub use suns::SUN_SAMPLES;
 
 use super::notes::Notes;

@@ -3,7 +3,7 @@
 use super::keys::{Formula, LightKeys, WorldKeys};
 use crate::import::notes::Notes;
 use crate::light::{PointLight, Spot};
-use crate::mesh::distance_to_triangle;
+use crate::mesh::nearest_on_triangle;
 use bsp::Bsp;
 use bsp::bsp::contents;
 use glam::Vec3;
@@ -11,10 +11,13 @@ use std::f32::consts::PI;
 
 /// Radius of the sphere that stands for a light entity, in world units: about a lamp's size, and
 /// large enough that a surface next to it is not infinitely bright. `_deviance` makes it larger.
-/// Where a surface is nearer, the sphere shrinks down to [`MIN_LIGHT_RADIUS`].
+/// Where a surface is nearer even after [`make_room`], the sphere shrinks down to [`MIN_LIGHT_RADIUS`].
 pub const LIGHT_RADIUS: f32 = 4.0;
 /// A sphere is never smaller than this, world units, even if it then sticks in a surface.
 pub const MIN_LIGHT_RADIUS: f32 = 0.5;
+/// How far lamps are moved from surfaces, world units, where there is room: the light on a wall is then
+/// at most a few times what the compilers' falloffs give there.
+pub const CLEARANCE: f32 = 16.0;
 /// Lights in solid are moved out by 2 units at least and this much at most.
 const MAX_NUDGE: f32 = 16.0;
 /// Most pairs of light and triangle compared: real levels have a few millions. Beyond, spheres keep
@@ -99,9 +102,14 @@ pub fn sphere(
     })
 }
 
-/// Shrinks spheres so that none sticks in a surface, where half of its light would be lost and what
-/// is left would be noise.
-pub fn shrink<'a>(
+/// Gives lamps room: moves those that are nearer than [`CLEARANCE`] to a surface away from it, as far
+/// as there is room, and shrinks the spheres that then still stick in one, where half of their light
+/// would be lost and what is left would be noise.
+///
+/// Mappers put light entities on the very surface of a lamp they drew, for a compiler whose light does
+/// not grow without bounds as it comes near. Half of such a lamp's light would fall on a spot of a few
+/// units, thousands of times as bright as its surroundings, that paths find by chance alone.
+pub fn make_room<'a>(
     lights: impl ExactSizeIterator<Item = &'a mut PointLight>,
     triangles: &[[Vec3; 3]],
 ) {
@@ -112,16 +120,51 @@ pub fn shrink<'a>(
         .map(|[a, b, c]| [a.min(*b).min(*c), a.max(*b).max(*c)])
         .collect();
     for light in lights {
-        let (position, mut radius) = (light.position, light.radius);
-        for (corners, [low, high]) in triangles.iter().zip(&boxes) {
-            let near = low.cmple(position + radius).all() && high.cmpge(position - radius).all();
-            if near {
-                let corners = corners.map(|p| (p - position).as_dvec3());
-                radius = radius.min(distance_to_triangle(corners) as f32);
-            }
-        }
-        light.radius = radius.max(MIN_LIGHT_RADIUS);
+        let reach = Vec3::splat(light.radius.max(CLEARANCE) + CLEARANCE);
+        let (low, high) = (light.position - reach, light.position + reach);
+        let around: Vec<[Vec3; 3]> = (triangles.iter().zip(&boxes))
+            .filter(|(_, [min, max])| min.cmple(high).all() && max.cmpge(low).all())
+            .map(|(corners, _)| *corners)
+            .collect();
+        let (position, room) = roomiest(light.position, &around);
+        light.position = position;
+        light.radius = light.radius.min(room).max(MIN_LIGHT_RADIUS);
     }
+}
+
+/// Where a lamp has [`CLEARANCE`] from all `triangles`, or most of it, at most as far from `start`; and
+/// its distance from the nearest one.
+///
+/// Each step leads away from the nearest surface and stays in the sphere that no surface enters: it
+/// passes through none.
+fn roomiest(start: Vec3, triangles: &[[Vec3; 3]]) -> (Vec3, f32) {
+    /// A step's share of the free sphere.
+    const SHARE: f32 = 0.9;
+    const MOST_STEPS: u32 = 16;
+    let nearest = |p: Vec3| {
+        let points = (triangles.iter())
+            .map(|corners| nearest_on_triangle(corners.map(|c| (c - p).as_dvec3())).as_vec3());
+        let away = points.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        away.unwrap_or(Vec3::INFINITY)
+    };
+    let (mut best, mut to_surface) = (start, nearest(start));
+    let mut room = to_surface.length();
+    let (mut at, mut free) = (best, room);
+    for _ in 0..MOST_STEPS {
+        if !(free > 0.0 && free < CLEARANCE) {
+            break;
+        }
+        at -= to_surface * ((CLEARANCE - free).min(SHARE * free) / free);
+        if at.distance(start) > CLEARANCE {
+            break;
+        }
+        to_surface = nearest(at);
+        free = to_surface.length();
+        if free > room {
+            (best, room) = (at, free);
+        }
+    }
+    (best, room)
 }
 
 /// The nearest place in the open along one of the six axes, if the light's own is solid.
@@ -190,15 +233,37 @@ mod tests {
     }
 
     #[test]
-    fn spheres_shrink_to_the_nearest_surface_and_not_to_nothing() {
-        let floor = [Vec3::ZERO, Vec3::X * 64.0, Vec3::Y * 64.0];
+    fn lamps_move_away_from_surfaces_and_shrink_where_there_is_no_room() {
+        let wall = |z: f32| {
+            [[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]
+                .map(|[x, y]| Vec3::new(x, y, 0.0) * 500.0 + Vec3::Z * z)
+        };
         let at = |z: f32, radius: f32| PointLight {
             position: Vec3::new(8.0, 8.0, z),
             radius,
             ..PointLight::default()
         };
-        let mut lights = [at(2.0, 4.0), at(100.0, 4.0), at(0.1, 4.0), at(20.0, 32.0)];
-        shrink(lights.iter_mut(), &[floor]);
-        assert_eq!(lights.map(|l| l.radius), [2.0, 4.0, MIN_LIGHT_RADIUS, 20.0]);
+        let made = |mut light: PointLight, triangles: &[[Vec3; 3]]| {
+            make_room(std::iter::once(&mut light), triangles);
+            assert_eq!(light.position.truncate(), glam::Vec2::splat(8.0));
+            (light.position.z, light.radius)
+        };
+        let floor = [wall(0.0)];
+        assert_eq!(made(at(100.0, 4.0), &floor), (100.0, 4.0));
+        assert_eq!(made(at(20.0, 32.0), &floor), (20.0, 20.0));
+        let (z, radius) = made(at(2.0, 4.0), &floor);
+        assert!(
+            (z - CLEARANCE).abs() < 1e-4 && radius == 4.0,
+            "{z} {radius}"
+        );
+        assert_eq!(made(at(-2.0, 4.0), &floor).0, -z, "each side is its own");
+        // In the very surface there is no side to prefer.
+        assert_eq!(made(at(0.0, 4.0), &floor), (0.0, MIN_LIGHT_RADIUS));
+        // Between two walls it comes to rest about the middle, in no more room than there is.
+        let (z, radius) = made(at(1.0, 4.0), &[wall(0.0), wall(6.0)]);
+        assert!(
+            (2.5..=3.5).contains(&z) && (radius - z.min(6.0 - z)).abs() < 1e-5,
+            "{z} {radius}"
+        );
     }
 }

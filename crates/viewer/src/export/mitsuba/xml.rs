@@ -70,7 +70,7 @@ impl Document {
             0 => -1,
             n => i64::from(n),
         };
-        // Like Runelight: Russian roulette only on paths without limit.
+        // Roulette changes no expectation: where paths have a limit, Mitsuba follows them to it.
         let roulette = match settings.depth {
             0 => i64::from(scene::render::ROULETTE_START),
             n => i64::from(n) + 1,
