@@ -153,6 +153,7 @@ layout(buffer_reference) buffer StyleOfLightRef;
 layout(buffer_reference) buffer SunRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
+layout(buffer_reference) buffer TalliesRef;
 layout(buffer_reference) buffer CountersRef;
 layout(buffer_reference) buffer EscapesRef;
 layout(buffer_reference) buffer ScheduleRef;
@@ -534,6 +535,14 @@ struct SceneData {
     uint padding;
 };
 
+// Where things are counted.
+struct Tallies {
+    // The counters.
+    CountersRef counters;
+    // Where rays that hit nothing are kept.
+    EscapesRef escapes;
+};
+
 // Numbers counted by the shaders, as low and high words.
 struct Counters {
     // Rays traced.
@@ -574,12 +583,10 @@ struct PathTraceParams {
     SceneRef scene;
     // The film.
     FilmRef film;
-    // The counters.
-    CountersRef counters;
+    // Where things are counted.
+    TalliesRef tallies;
     // Where rays are logged, if they are.
     RayRef ray_log;
-    // Where rays that hit nothing are kept.
-    EscapesRef escapes;
     // Samples to add by pixel, read if `sample_count` is 0.
     ScheduleRef schedule;
     // Eye, world space.
@@ -604,6 +611,10 @@ struct PathTraceParams {
     uint ray_log_length;
     // Material whose absorption fills the space at the eye, or NO_MEDIUM.
     uint medium;
+    // Radius of the lens.
+    float lens_radius;
+    // Distance of the plane of focus along the view direction.
+    float focus;
 };
 
 // Triangles of all meshes, or those that emit in world space.
@@ -725,6 +736,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Sce
 // Film planes of width * height elements each, one after the other.
 layout(buffer_reference, scalar, buffer_reference_align = 16) restrict buffer FilmRef {
     vec4 at[];
+};
+
+// Where things are counted (one element).
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer TalliesRef {
+    Tallies at[];
 };
 
 // Counters (one element).

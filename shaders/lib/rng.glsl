@@ -20,7 +20,7 @@ uvec4 pcg4d(uvec4 v) {
 // Dimensions of one path sample: a set of four numbers each. Those of a vertex come after the
 // vertex's number times DIMENSIONS_PER_VERTEX.
 const uint DIMENSIONS_PER_VERTEX = 3u;
-const uint DIMENSION_CAMERA = 0u; // point in the pixel
+const uint DIMENSION_CAMERA = 0u; // point in the pixel (xy), point on the lens (zw)
 const uint DIMENSION_BSDF = 0u;   // of a vertex: direction (xy), Russian roulette (z)
 const uint DIMENSION_KEEP = 1u;   // of a vertex: which candidate is kept (x)
 const uint DIMENSION_LIGHT = 2u;  // of a vertex, numbered by candidate: which light (xy), point on it (zw)

@@ -27,6 +27,17 @@ vec3 sample_uniform_hemisphere(vec3 n, vec2 u) {
 
 float pdf_uniform_hemisphere() { return 1.0 / (2.0 * PI); }
 
+// Uniform point of the disc of radius 1, by a map that keeps what is near together (Shirley and Chiu
+// 1997). Area.
+vec2 sample_disk(vec2 u) {
+    const vec2 p = 2.0 * u - 1.0;
+    if (p.x == 0.0 && p.y == 0.0) return vec2(0.0);
+    const bool wide = abs(p.x) > abs(p.y);
+    const float r = wide ? p.x : p.y;
+    const float angle = wide ? PI / 4.0 * (p.y / p.x) : PI / 2.0 - PI / 4.0 * (p.x / p.y);
+    return r * vec2(cos(angle), sin(angle));
+}
+
 // Uniform barycentric coordinates (of the second and third corner). Area.
 vec2 sample_triangle(vec2 u) {
     const float s = sqrt(u.x);

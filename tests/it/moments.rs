@@ -142,3 +142,26 @@ fn a_light_of_a_frame_has_the_irradiance_of_a_sphere() {
         }
     }
 }
+
+#[test]
+fn a_moment_may_have_a_lens_and_the_next_one_none() {
+    let scene = moving_room();
+    let lens = |radius| scene::camera::Lens::new(radius, 30.0);
+    let frame = |radius| {
+        let mut frame = moment(&scene, 0.7, true);
+        frame.camera.lens = lens(radius);
+        (frame, 8)
+    };
+    let pictures = [0.0, 1.5, 0.0, 1.5].map(|radius| (5, vec![frame(radius)]));
+    let films = render_moments(device(), &scene, &view(Estimator::Mis, 5), &pictures);
+    let sharp = after(&[], 0.7, true, &view(Estimator::Mis, 5), 8);
+    assert_eq!(films[0].beauty, sharp.beauty);
+    assert_eq!(films[2].beauty, sharp.beauty);
+    let mut with_lens = view(Estimator::Mis, 5);
+    with_lens.camera.lens = lens(1.5);
+    let alone = render_moments(device(), &scene, &with_lens, &pictures[1..2]);
+    for film in [&films[1], &films[3]] {
+        assert_eq!(film.beauty, alone[0].beauty);
+    }
+    assert_ne!(films[1].beauty, sharp.beauty);
+}

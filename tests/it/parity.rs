@@ -86,6 +86,25 @@ fn the_devices_agree_on_a_room_with_suns() {
 }
 
 #[test]
+fn the_devices_agree_through_a_lens() {
+    let mut scene = Arc::unwrap_or_clone(pool());
+    scene.name = "pool through a lens".into();
+    scene.cameras = vec![pool_views()[0].clone()];
+    scene.cameras[0].lens = scene::camera::Lens::new(2.0, 40.0);
+    let scene = Arc::new(scene);
+    check_devices(&scene);
+    // First-hit layers are means over the lens, too.
+    let mut view = settings(scene.cameras[0].clone(), 24, Estimator::Naive, 1);
+    view.aovs = true;
+    let [gpu, cpu] = Device::ALL.map(|device| render(device, &scene, &view, 256));
+    let mean = |film: &Film| {
+        let sum: f64 = film.depth.iter().map(|&d| f64::from(d)).sum();
+        sum / film.depth.len() as f64
+    };
+    assert!((mean(&gpu) / mean(&cpu) - 1.0).abs() < 2e-3);
+}
+
+#[test]
 fn the_devices_agree_on_gloss_and_bumps() {
     let mut scene = Arc::unwrap_or_clone(polished());
     scene.name = "polished".into();

@@ -331,3 +331,46 @@ fn what_a_clamp_takes_is_counted() {
 fn camera_forward() -> Vec3 {
     inside().view_basis(1, 1).forward.as_vec3()
 }
+
+#[test]
+fn a_lens_blurs_a_small_lamp_into_an_even_disc() {
+    use scene::camera::Lens;
+    let lens = Lens { radius: 2.0, focus: 100.0 };
+    for depth in [60.0, 100.0, 250.0_f64] {
+        // Square, and so large that it is seen 4 pixels wide.
+        let (size, pixels_per_slope) = (24.0, 480.0);
+        let half = 2.0 / pixels_per_slope;
+        let mut b = Builder::new();
+        let lamp = b.plain(0, 1.0);
+        let corner = |y: f64, z: f64| {
+            let [x, y, z] = [depth, depth * half * y, depth * half * z].map(|v| v as f32);
+            Vec3::new(x, y, z)
+        };
+        let corners = [corner(1.0, -1.0), corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
+        b.quad(corners, lamp, [1.0; 2]);
+        let scene = b.build();
+        let fov_deg = 2.0 * (size / 2.0 / pixels_per_slope / 0.75).atan().to_degrees();
+        let mut view = settings(camera(Vec3::ZERO, 0.0, 0.0, fov_deg as f32), 24, Estimator::Naive, 1);
+        view.camera.lens = Some(lens);
+        let film = render(&scene, &view, 1024);
+        let radius = pixels_per_slope * 2.0 * (1.0 / depth - 1.0 / 100.0).abs();
+        let (mut sum, mut squares) = (0.0, [0.0; 2]);
+        for (i, p) in film.beauty.iter().enumerate() {
+            let at = [i % 24, i / 24].map(|c| c as f64 + 0.5 - size / 2.0);
+            let value = f64::from(p[0]);
+            sum += value;
+            squares = [0, 1].map(|c| squares[c] + value * at[c] * at[c]);
+            let nearest = at.map(|c| (c.abs() - 2.5).max(0.0));
+            assert!(value == 0.0 || nearest[0].hypot(nearest[1]) <= radius + 1e-3, "{depth}: {at:?}");
+        }
+        // All light arrives, as wide as disc, lamp and pixel together.
+        assert!((sum / 16.0 - 1.0).abs() < 0.03, "{depth}: light {sum}");
+        // A sharp lamp's edges are those of pixels, whose middles then stand for all of them.
+        let pixel = if radius > 0.0 { 1.0 / 12.0 } else { -1.0 / 12.0 };
+        let expected = radius * radius / 4.0 + 4.0 / 3.0 + pixel;
+        for squares in squares {
+            let variance = squares / sum;
+            assert!((variance / expected - 1.0).abs() < 0.04, "{depth}: {variance}, expected {expected}");
+        }
+    }
+}

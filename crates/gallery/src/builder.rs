@@ -255,6 +255,7 @@ pub fn camera(position: Vec3, pitch_deg: f32, yaw_deg: f32, fov_deg: f32) -> Cam
         yaw_deg,
         roll_deg: 0.0,
         fov_deg,
+        lens: None,
     }
 }
 

@@ -250,6 +250,7 @@ mod tests {
             yaw_deg: 0.0,
             roll_deg: 0.0,
             fov_deg: 90.0,
+            lens: None,
         }
     }
 

@@ -181,7 +181,7 @@ pub(crate) fn trace_path(
         choice: Choice::NONE,
         sight: Sight::CAMERA,
         is_found_alone: true,
-        depth: Depth::new(world.absorption_at(ray.origin)),
+        depth: Depth::new(world.absorption_at(settings.camera.position.as_dvec3())),
         passed: 0.0,
         passages: 0,
         is_scattered: false,

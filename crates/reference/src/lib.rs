@@ -22,6 +22,7 @@
 //!         yaw_deg: 0.0,
 //!         roll_deg: 0.0,
 //!         fov_deg: scene::camera::DEFAULT_FOV_DEG,
+//!         lens: None,
 //!     },
 //!     estimator: Estimator::Mis,
 //!     selection: Selection::Power,
@@ -234,7 +235,7 @@ impl View {
                     place as u64,
                     number,
                 );
-                let ray = self.camera_ray(place, rng.next2());
+                let ray = self.camera_ray(place, &mut rng);
                 let mut path = trace_path(&self.world, &self.settings, ray, &mut rng, &mut stack);
                 let whole = path.emission + path.direct + path.indirect;
                 if let Some(limit) = limit.filter(|_| whole.is_finite()) {
@@ -260,8 +261,9 @@ impl View {
         tally
     }
 
-    /// The ray through a point of a pixel; `u` is the place in the pixel, from its upper left.
-    fn camera_ray(&self, pixel: usize, u: [f64; 2]) -> Ray {
+    /// A ray through a point of a pixel, from the eye or a point of the lens around it.
+    fn camera_ray(&self, pixel: usize, rng: &mut Rng) -> Ray {
+        let u = rng.next2();
         let (width, height) = (self.settings.width as usize, self.settings.height as usize);
         let x = ((pixel % width) as f64 + u[0]) / width as f64 * 2.0 - 1.0;
         let y = 1.0 - ((pixel / width) as f64 + u[1]) / height as f64 * 2.0;
@@ -270,8 +272,18 @@ impl View {
             forward,
             right,
             up,
+            lens,
         } = self.basis;
-        Ray::new(origin, (forward + right * x + up * y).normalize())
+        let through = forward + right * x + up * y;
+        let Some(lens) = lens else {
+            return Ray::new(origin, through.normalize());
+        };
+        let [a, b] = shading::sample_disk(rng.next2());
+        let off = (right.normalize() * a + up.normalize() * b) * f64::from(lens.radius);
+        Ray::new(
+            origin + off,
+            (through - off / f64::from(lens.focus)).normalize(),
+        )
     }
 
     /// Distance along the view direction to what the camera ray hit.

@@ -53,6 +53,28 @@ pub fn pdf_uniform_hemisphere() -> f64 {
     1.0 / TAU
 }
 
+/// A uniform point of the disc of radius 1, by a map that keeps what is near together (Shirley and
+/// Chiu 1997).
+#[must_use]
+pub fn sample_disk(u: [f64; 2]) -> [f64; 2] {
+    let [x, y] = u.map(|u| 2.0 * u - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return [0.0; 2];
+    }
+    let (r, angle) = if x.abs() > y.abs() {
+        (x, PI / 4.0 * (y / x))
+    } else {
+        (y, PI / 2.0 - PI / 4.0 * (x / y))
+    };
+    [r * angle.cos(), r * angle.sin()]
+}
+
+/// Density per area of [`sample_disk`].
+#[must_use]
+pub fn pdf_disk() -> f64 {
+    FRAC_1_PI
+}
+
 /// Barycentric weights of a uniform point of a triangle (Turk 1990). Density: one over the area.
 #[must_use]
 pub fn sample_triangle(u: [f64; 2]) -> [f64; 3] {

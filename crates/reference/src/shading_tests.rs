@@ -111,6 +111,39 @@ fn cone_directions_are_uniform_in_the_cap() {
 }
 
 #[test]
+fn disc_points_are_uniform() {
+    const RINGS: usize = 8;
+    let n = 100_000;
+    let mut counts = [[0.0_f64; RINGS]; RINGS];
+    let mut rng = Rng::new(Sampler::Independent, 3, 5, 7);
+    for _ in 0..n {
+        let [x, y] = sample_disk(rng.next2());
+        let squared = x * x + y * y;
+        assert!(squared < 1.0 + 1e-12);
+        let ring = squared * RINGS as f64;
+        let slice = (y.atan2(x) / TAU + 0.5) * RINGS as f64;
+        counts[(ring as usize).min(RINGS - 1)][(slice as usize).min(RINGS - 1)] += 1.0;
+    }
+    // Rings between equally spaced squares of radii have equal areas, of pi together.
+    let cells = (RINGS * RINGS) as f64;
+    let expected = f64::from(n) * pdf_disk() * PI / cells;
+    assert!((pdf_disk() * PI - 1.0).abs() < 1e-15);
+    let chi2: f64 = (counts.iter().flatten())
+        .map(|c| (c - expected).powi(2) / expected)
+        .sum();
+    // 63 degrees of freedom: mean 63, standard deviation 11.
+    assert!(chi2 < 120.0, "chi-square {chi2}");
+    // Neighbours stay together: a grid's cells map to cells of like size.
+    let step = 1.0 / 64.0;
+    for (i, j) in (0..64).flat_map(|i| (0..64).map(move |j| (i, j))) {
+        let at = |i: i32, j: i32| sample_disk([f64::from(i) * step, f64::from(j) * step]);
+        let (a, b) = (at(i, j), at(i, j + 1));
+        let distance = (a[0] - b[0]).hypot(a[1] - b[1]);
+        assert!(distance < 4.0 * step, "{distance} at {i}, {j}");
+    }
+}
+
+#[test]
 fn triangle_points_are_uniform() {
     // Four triangles of equal area make up the triangle.
     let mut counts = [0.0; 4];

@@ -280,6 +280,8 @@ abi! {
         SceneRef => readonly SceneData, align "8";
         /// Film planes of width * height elements each, one after the other.
         FilmRef => restrict vec4, align "16";
+        /// Where things are counted (one element).
+        TalliesRef => readonly Tallies, align "8";
         /// Counters (one element).
         CountersRef => restrict Counters, align "8";
         /// Rays that hit nothing, ESCAPES_KEPT elements.
@@ -647,6 +649,13 @@ abi! {
             /// Unused, keeps the size a multiple of 8 bytes.
             padding: uint,
         }
+        /// Where things are counted.
+        Tallies {
+            /// The counters.
+            counters: CountersRef,
+            /// Where rays that hit nothing are kept.
+            escapes: EscapesRef,
+        }
         /// Numbers counted by the shaders, as low and high words.
         Counters {
             /// Rays traced.
@@ -684,12 +693,10 @@ abi! {
             scene: SceneRef,
             /// The film.
             film: FilmRef,
-            /// The counters.
-            counters: CountersRef,
+            /// Where things are counted.
+            tallies: TalliesRef,
             /// Where rays are logged, if they are.
             ray_log: RayRef,
-            /// Where rays that hit nothing are kept.
-            escapes: EscapesRef,
             /// Samples to add by pixel, read if `sample_count` is 0.
             schedule: ScheduleRef,
             /// Eye, world space.
@@ -714,6 +721,10 @@ abi! {
             ray_log_length: uint,
             /// Material whose absorption fills the space at the eye, or NO_MEDIUM.
             medium: uint,
+            /// Radius of the lens.
+            lens_radius: float,
+            /// Distance of the plane of focus along the view direction.
+            focus: float,
         }
     }
 }

@@ -17,8 +17,10 @@ pub struct GpuFilm {
     pub(crate) styles: Vec<LightStyle>,
     /// Planes of `width * height` vec4, one after the other.
     pub(crate) sums: Arc<Buffer>,
-    pub(crate) counters: Arc<Buffer>,
-    pub(crate) escapes: Arc<Buffer>,
+    counters: Arc<Buffer>,
+    escapes: Arc<Buffer>,
+    /// Where the two are.
+    tallies: Arc<Buffer>,
 }
 
 const _: () = assert!(abi::ESCAPES_KEPT as usize == ESCAPES_KEPT);
@@ -46,6 +48,12 @@ impl GpuFilm {
         let more = styles.len().saturating_sub(1) as u64 + u64::from(clamps);
         let make =
             |name, size| Buffer::new(device, name, size, Usage::STORAGE_BUFFER, Location::Device);
+        let counters = make("counters", size_of::<abi::Counters>() as u64)?;
+        let escapes = make("escapes", (ESCAPES_KEPT * size_of::<abi::Escape>()) as u64)?;
+        let tallies = abi::Tallies {
+            counters: counters.address(),
+            escapes: escapes.address(),
+        };
         let film = Self {
             width: settings.width,
             height: settings.height,
@@ -53,8 +61,14 @@ impl GpuFilm {
             clamps,
             styles: styles.to_vec(),
             sums: make("film", (u64::from(planes) + more) * pixels * VEC4)?,
-            counters: make("counters", size_of::<abi::Counters>() as u64)?,
-            escapes: make("escapes", (ESCAPES_KEPT * size_of::<abi::Escape>()) as u64)?,
+            counters,
+            escapes,
+            tallies: Buffer::with_data(
+                device,
+                "tallies",
+                Usage::STORAGE_BUFFER,
+                bytemuck::bytes_of(&tallies),
+            )?,
         };
         film.clear()?;
         Ok(film)
@@ -63,6 +77,14 @@ impl GpuFilm {
     /// What samples are clamped to: nothing where light is summed by styles.
     pub fn clamp_of(settings: &Settings, by_styles: bool) -> Option<f32> {
         settings.clamp.filter(|_| !by_styles)
+    }
+
+    /// Where shaders find what they count; `recording` keeps it.
+    pub fn tallies(&self, recording: &mut Recording) -> u64 {
+        for buffer in [&self.counters, &self.escapes, &self.tallies] {
+            recording.keep(buffer.clone());
+        }
+        self.tallies.address()
     }
 
     /// Empties the film.

@@ -86,6 +86,8 @@ pub struct PathTracer {
     scene: GpuScene,
     film: GpuFilm,
     path_trace: PathTrace,
+    /// That for cameras of the other kind, with a lens or without, once there was one.
+    other_path_trace: Option<PathTrace>,
     settings: Settings,
     /// What is shown from the next samples on.
     moment: Option<Moment>,
@@ -119,6 +121,7 @@ impl PathTracer {
             scene,
             film,
             path_trace,
+            other_path_trace: None,
             settings,
             moment: None,
             running: None,
@@ -297,6 +300,16 @@ impl Renderer for PathTracer {
         self.film.styles = scene.styles_now(&frame.styles);
         self.settings.camera.clone_from(&frame.camera);
         self.settings.time = frame.time;
+        if self.path_trace.has_lens != frame.camera.lens.is_some() {
+            let other = match self.other_path_trace.take() {
+                Some(other) => other,
+                None => {
+                    let kind = Kind::PathTrace;
+                    PathTrace::new(&self.device, &self.scene, &self.settings, kind, None)?
+                }
+            };
+            self.other_path_trace = Some(std::mem::replace(&mut self.path_trace, other));
+        }
         self.moment = Some(frame.clone());
         Ok(())
     }

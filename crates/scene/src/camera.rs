@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-/// A pinhole camera.
+/// A camera: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// For people: `info_player_start`, `info_intermission`, `--camera`.
@@ -18,13 +18,44 @@ pub struct Camera {
     /// Horizontal field of view at an aspect ratio of 4:3, in degrees (Hor+: the vertical field
     /// stays the same at any other aspect).
     pub fov_deg: f32,
+    /// The lens; without one everything is sharp.
+    pub lens: Option<Lens>,
+}
+
+/// A thin lens around the eye, across the view direction: what lies in the plane of focus is sharp.
+///
+/// A point at the depth d along the view direction blurs into an even disc. Where the picture of a
+/// pinhole is at the depth 1, its radius is `radius * |1 / focus - 1 / d|`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius in world units, > 0.
+    pub radius: f32,
+    /// Distance of the plane of focus along the view direction, world units, > 0.
+    pub focus: f32,
+}
+
+impl Lens {
+    /// A lens, or none where its radius is 0.
+    #[must_use]
+    pub fn new(radius: f32, focus: f32) -> Option<Self> {
+        (radius > 0.0).then_some(Self { radius, focus })
+    }
+
+    /// Whether both numbers are finite and above 0.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        [self.radius, self.focus]
+            .iter()
+            .all(|x| x.is_finite() && *x > 0.0)
+    }
 }
 
 /// The engine's default field of view.
 pub const DEFAULT_FOV_DEG: f32 = 90.0;
 
 /// A camera prepared for rays: the direction through a point of the image plane is
-/// `forward + x * right + y * up` with `x`, `y` in -1..=1 (`y` upwards), not normalised.
+/// `forward + x * right + y * up` with `x`, `y` in -1..=1 (`y` upwards), not normalised. From a point
+/// `o` off the middle of a lens it is that less `o / focus`.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewBasis {
     /// Eye, world space.
@@ -35,6 +66,8 @@ pub struct ViewBasis {
     pub right: DVec3,
     /// Upwards, scaled by the tangent of half the vertical field of view.
     pub up: DVec3,
+    /// The camera's lens.
+    pub lens: Option<Lens>,
 }
 
 impl Camera {
@@ -55,6 +88,7 @@ impl Camera {
             forward: axes * DVec3::X,
             right: axes * DVec3::NEG_Y * tan_x,
             up: axes * DVec3::Z * tan_y,
+            lens: self.lens,
         }
     }
 }
@@ -71,6 +105,7 @@ mod tests {
             yaw_deg,
             roll_deg,
             fov_deg: DEFAULT_FOV_DEG,
+            lens: None,
         }
     }
 

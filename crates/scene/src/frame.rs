@@ -39,6 +39,10 @@ impl Frame {
             "the first instance of a frame is not the static world",
         )?;
         (self.instances.iter()).try_for_each(|instance| scene.check_instance(instance))?;
+        ensure(
+            self.camera.lens.is_none_or(|lens| lens.is_valid()),
+            "a camera's lens is not above 0",
+        )?;
         let vertices = self.loose.positions.len();
         ensure(
             self.loose.triangles.iter().all(|t| {

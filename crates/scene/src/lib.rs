@@ -15,6 +15,7 @@
 pub mod alias;
 pub mod baked;
 pub mod camera;
+pub mod camera_path;
 pub mod cells;
 pub mod emitter;
 pub mod fog;
@@ -33,6 +34,7 @@ pub mod timeline;
 
 pub use baked::BakedLight;
 pub use camera::Camera;
+pub use camera_path::CameraPath;
 pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters, MovingEmitters};
 pub use fog::Fog;

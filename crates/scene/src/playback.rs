@@ -6,7 +6,7 @@
 
 use crate::Scene;
 use crate::alias::{self, AliasModel};
-use crate::camera::Camera;
+use crate::camera::{Camera, Lens};
 use crate::frame::Frame;
 use crate::import::{Cast, CastList, CastModel, IRRADIANCE_PER_VALUE, LAMP_REACH};
 use crate::light::PointLight;
@@ -83,10 +83,12 @@ fn rows(colours: u8) -> [u8; 2] {
 /// Who looks.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Eye {
-    /// The player, with this field of view (as [`Camera::fov_deg`]).
+    /// The player, with this field of view (as [`Camera::fov_deg`]) and lens.
     Player {
         /// Degrees.
         fov_deg: f32,
+        /// As [`Camera::lens`].
+        lens: Option<Lens>,
     },
     /// A camera of its own: it sees the player, and no weapon in its hand.
     Free(Camera),
@@ -96,13 +98,14 @@ impl Eye {
     fn camera(&self, state: &State) -> Camera {
         match self {
             Self::Free(camera) => camera.clone(),
-            Self::Player { fov_deg } => Camera {
+            Self::Player { fov_deg, lens } => Camera {
                 name: "player".to_owned(),
                 position: state.view.eye,
                 pitch_deg: state.view.angles.x,
                 yaw_deg: state.view.angles.y,
                 roll_deg: state.view.angles.z,
                 fov_deg: *fov_deg,
+                lens: *lens,
             },
         }
     }

@@ -192,6 +192,7 @@ fn axes([pitch_deg, yaw_deg, roll_deg]: [f32; 3]) -> [Vec3; 3] {
         yaw_deg,
         roll_deg,
         fov_deg: crate::camera::DEFAULT_FOV_DEG,
+        lens: None,
     };
     let basis = camera.view_basis(1, 1);
     [basis.forward, basis.right, basis.up].map(|a| a.normalize().as_vec3())
@@ -209,6 +210,7 @@ mod tests {
             yaw_deg,
             roll_deg,
             fov_deg: 90.0,
+            lens: None,
         }
     }
 

@@ -124,6 +124,8 @@ impl PictureArgs {
             ("camera", Note::Text(pose)),
             ("cameraName", text(&c.name)),
             ("fov", Note::Float(c.fov_deg)),
+            ("aperture", Note::Float(c.lens.map_or(0.0, |l| l.radius))),
+            ("focus", Note::Float(c.lens.map_or(0.0, |l| l.focus))),
             ("time", Note::Float(settings.time)),
             ("lighting", text(Lighting::from(self.lighting).name())),
             ("lights", text(self.scene.lights.name())),

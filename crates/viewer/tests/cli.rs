@@ -101,6 +101,8 @@ fn what_cannot_be_done_is_1_and_leaves_nothing_behind() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("garbage.bsp"), "garbage").unwrap();
     std::fs::write(dir.path().join("old.png"), "old").unwrap();
+    let flight = "[[key]]\ntime = 0\nposition = [0, 0, 0]\nangles = [0, 0, 0]\nfov = 0\n";
+    std::fs::write(dir.path().join("flight.toml"), flight).unwrap();
     for (args, sentence) in [
         (small(&["nosuch"]), "nosuch"),
         (small(&["garbage.bsp", "-o", "old.png"]), "garbage.bsp"),
@@ -109,6 +111,10 @@ fn what_cannot_be_done_is_1_and_leaves_nothing_behind() {
             "no/such/a.exr cannot be written",
         ),
         (small(&["--camera", "99", "-o", "old.png"]), "--camera 99"),
+        (
+            small(&["--camera-path", "flight.toml", "-o", "old.png"]),
+            "flight.toml: key 1 (line 1): fov: 0 is not a number from 1 to 170",
+        ),
         (
             vec!["render", "--device", "no such device"],
             "--device no such device",
@@ -125,7 +131,7 @@ fn what_cannot_be_done_is_1_and_leaves_nothing_behind() {
         );
         assert!(err.contains(sentence), "{err}");
     }
-    assert_eq!(names(dir.path()), ["garbage.bsp", "old.png"]);
+    assert_eq!(names(dir.path()), ["flight.toml", "garbage.bsp", "old.png"]);
     assert_eq!(std::fs::read(dir.path().join("old.png")).unwrap(), b"old");
 }
 
@@ -228,6 +234,42 @@ fn the_bundled_level_renders_the_same_twice_and_compare_says_so() {
     assert!(
         code == 1 && err.contains("has no layer \"albedo\"; it has beauty"),
         "{err}"
+    );
+}
+
+#[test]
+fn a_camera_path_says_where_the_camera_is_and_options_adjust_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let key = |time, y, yaw| {
+        format!(
+            "[[key]]\ntime = {time}\nposition = [40, {y}, 56]\nangles = [0, {yaw}, 0]\nfov = 80\n"
+        )
+    };
+    let flight = key(0, -40, 0) + &key(2, 0, 20) + "aperture = 1\nfocus = 90\n";
+    std::fs::write(dir.path().join("flight.toml"), flight).unwrap();
+    let picture = |more: &[&'static str]| {
+        let args = [
+            &["--spp", "1", "--depth", "1", "-o", "a.png", "--json"],
+            more,
+        ]
+        .concat();
+        let (code, out, err) = run(dir.path(), &small(&args));
+        assert_eq!(code, 0, "{err}");
+        let json: Value = serde_json::from_str(&out).unwrap();
+        // What is before the pixels tells how the camera is called.
+        let png = std::fs::read(dir.path().join("a.png")).unwrap();
+        let pixels = png.windows(4).position(|w| w == b"IDAT").unwrap();
+        (json["lens"].clone(), png[pixels..].to_vec())
+    };
+    let path = ["--camera-path", "flight.toml"];
+    let (lens, flown) = picture(&[&path[..], &["--at", "1", "--aperture", "0"]].concat());
+    assert_eq!(lens, Value::Null);
+    let camera = ["--camera", "40 -20 56 0 10 0", "--fov", "80", "--at", "1"];
+    assert!(picture(&camera).1 == flown, "another picture");
+    let (lens, _) = picture(&[&path[..], &["--at", "1", "--focus", "50"]].concat());
+    assert_eq!(
+        (&lens["radius"], &lens["focus"]),
+        (&0.5.into(), &50.0.into())
     );
 }
 

@@ -125,6 +125,23 @@ fn check_ply(name: &str, bytes: &[u8]) -> usize {
 }
 
 #[test]
+fn a_lens_is_said_to_those_who_know_lenses() {
+    let dir = tempfile::tempdir().unwrap();
+    let lens = ["--aperture", "1.5", "--focus", "200", "-o", "a"];
+    let json = export(dir.path(), &lens);
+    assert_eq!(json["exact"], true);
+    assert_eq!(json["camera"]["lens"]["focus"], 200.0);
+    let xml = std::fs::read_to_string(dir.path().join("a/scene.xml")).unwrap();
+    assert!(xml.contains("<sensor type=\"thinlens\">"));
+    assert!(xml.contains("name=\"aperture_radius\" value=\"1.5\""));
+    assert!(xml.contains("name=\"focus_distance\" value=\"200\""));
+    let (code, _, err) = run(dir.path(), &["--aperture", "1", "-o", "b"]);
+    assert!(code == 2 && err.contains("--focus"), "{code}: {err}");
+    let (code, _, err) = run(dir.path(), &["--focus", "9", "-o", "b"]);
+    assert!(code == 2 && err.contains("--aperture"), "{code}: {err}");
+}
+
+#[test]
 fn other_peoples_directories_are_left_alone() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::create_dir(dir.path().join("mine")).unwrap();

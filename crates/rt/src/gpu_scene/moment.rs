@@ -287,6 +287,7 @@ impl GpuScene {
                 yaw_deg: 0.0,
                 roll_deg: 0.0,
                 fov_deg: scene::camera::DEFAULT_FOV_DEG,
+                lens: None,
             },
             time: 0.0,
             instances: scene.instances.clone(),

@@ -8,6 +8,7 @@ use crate::vk::{
     Buffer, DescriptorSet, Device, Error, RayTracingPipeline, RayTracingShaders, Recording,
     Specialization, Tlas,
 };
+use scene::camera::Lens;
 use scene::render::{Estimator, MOST_CANDIDATES, Sampler, Selection, Settings};
 use std::sync::Arc;
 
@@ -46,7 +47,15 @@ pub(crate) struct PathTrace {
     /// The structure that the set has.
     tlas: Arc<Tlas>,
     log: Option<RayLog>,
+    /// Whether it is for cameras with a lens, or for pinholes.
+    pub has_lens: bool,
 }
+
+/// What shaders are told of a camera without a lens, and do not read.
+const PINHOLE: Lens = Lens {
+    radius: 0.0,
+    focus: 1.0,
+};
 
 /// Which ray generation shader a pipeline gets.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -105,6 +114,7 @@ impl PathTrace {
             u32::from(features.masks),
             u32::from(features.frames),
             GpuFilm::clamp_of(settings, features.style_layers).map_or(0, f32::to_bits),
+            u32::from(settings.camera.lens.is_some()),
         ]);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
@@ -148,6 +158,7 @@ impl PathTrace {
             set,
             tlas: scene.tlas.clone(),
             log,
+            has_lens: settings.camera.lens.is_some(),
         })
     }
 
@@ -178,29 +189,29 @@ impl PathTrace {
             }
         };
         let view = settings.camera.view_basis(settings.width, settings.height);
+        let lens = view.lens.unwrap_or(PINHOLE);
         let params = abi::PathTraceParams {
             scene: scene.address,
             film: film.sums.address(),
-            counters: film.counters.address(),
+            tallies: film.tallies(recording),
             ray_log: self.log.as_ref().map_or(0, |l| l.buffer.address()),
-            escapes: film.escapes.address(),
             schedule,
             ray_log_length: self.log.as_ref().map_or(0, |l| l.length),
             origin: view.origin.as_vec3().to_array(),
             forward: view.forward.as_vec3().to_array(),
             right: view.right.as_vec3().to_array(),
             up: view.up.as_vec3().to_array(),
-            t_max: scene.longest_ray(settings.camera.position),
+            t_max: scene.longest_ray(settings.camera.position) + 2.0 * lens.radius,
             time: settings.time,
             depth: settings.depth,
             seed: [settings.seed as u32, (settings.seed >> 32) as u32],
             sample_count,
             medium: scene.medium_at(settings.camera.position),
+            lens_radius: lens.radius,
+            focus: lens.focus,
         };
         let size = [settings.width, settings.height];
         recording.keep(film.sums.clone());
-        recording.keep(film.counters.clone());
-        recording.keep(film.escapes.clone());
         self.pipeline
             .record_trace(recording, &self.set, bytemuck::bytes_of(&params), size)
     }

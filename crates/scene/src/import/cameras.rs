@@ -70,6 +70,7 @@ fn camera(bsp: &Bsp, entity: &Entity, class: &str) -> Camera {
         yaw_deg,
         roll_deg,
         fov_deg: DEFAULT_FOV_DEG,
+        lens: None,
     }
 }
 
@@ -114,5 +115,6 @@ fn middle(bsp: &Bsp) -> Camera {
         yaw_deg: 0.0,
         roll_deg: 0.0,
         fov_deg: DEFAULT_FOV_DEG,
+        lens: None,
     }
 }

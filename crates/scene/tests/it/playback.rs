@@ -23,7 +23,10 @@ const MODELS: [&str; 7] = [
     "progs/s_light.spr",
     "progs/absent.mdl",
 ];
-const PLAYER_EYE: Eye = Eye::Player { fov_deg: 90.0 };
+const PLAYER_EYE: Eye = Eye::Player {
+    fov_deg: 90.0,
+    lens: None,
+};
 
 /// A stage with a door, on which a player shoots.
 struct Stage {
@@ -160,6 +163,7 @@ fn frames_show_what_the_demo_says_to_whom_it_concerns() {
         yaw_deg: 45.0,
         roll_deg: 0.0,
         fov_deg: 60.0,
+        lens: None,
     });
     let free = stage.at(0.05, &eye);
     assert_eq!(shown(&free)[1], (player, SeenBy::ALL));

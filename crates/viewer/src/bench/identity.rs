@@ -14,6 +14,7 @@
 
 use crate::cli::SceneArgs;
 use scene::baked::{BakedLight, BakedTriangle};
+use scene::camera::Lens;
 use scene::cells::CellNode;
 use scene::gloss::Gloss;
 use scene::light::{CompilerLight, Falloff, Spot};
@@ -347,6 +348,9 @@ pub fn settings_hash(settings: &Settings, scene: &SceneArgs) -> String {
     h.int(settings.width.into()).int(settings.height.into());
     h.floats(c.position.to_array());
     h.floats([c.pitch_deg, c.yaw_deg, c.roll_deg, c.fov_deg]);
+    if let Some(Lens { radius, focus }) = c.lens {
+        h.text("lens").floats([radius, focus]);
+    }
     h.int(settings.depth.into()).floats([settings.time]);
     h.text(scene.lights.name());
     h.floats([scene.threshold as f32, scene.emission_scale as f32]);
@@ -380,6 +384,7 @@ mod tests {
                 yaw_deg: 0.0,
                 roll_deg: 0.0,
                 fov_deg: 90.0,
+                lens: None,
             },
             estimator: scene::render::Estimator::Mis,
             selection: Default::default(),

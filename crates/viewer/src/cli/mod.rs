@@ -241,6 +241,8 @@ mod tests {
             ("--estimator", "bdpt"),
             ("--lighting", "baked"),
             ("--fov", "180"),
+            ("--aperture", "-1"),
+            ("--focus", "0"),
             ("--exr-type", "double"),
         ] {
             let error = fails(&["render", &format!("{option}={value}")]);

@@ -1,13 +1,15 @@
 //! Options that several commands have: where from, what is lit, how light is found.
 
+use crate::Usage;
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
-use scene::camera::DEFAULT_FOV_DEG;
+use scene::camera::{DEFAULT_FOV_DEG, Lens};
 use scene::import::rules::Rules;
 use scene::import::{FogKeys, Lighting, MAX_FOG_DENSITY};
 use scene::render::{Estimator, Sampler, Selection};
-use scene::{Camera, Scene};
+use scene::{Camera, CameraPath, Scene};
 use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 /// What a picture shows of a scene.
 #[derive(Clone, Debug, Args)]
@@ -32,24 +34,96 @@ pub struct ViewArgs {
     )]
     #[arg(value_parser = parse_camera)]
     pub camera: Option<CameraChoice>,
+    /// A camera path, a TOML file of keys (docs/cameras.md): the camera is where it is at the time `--at`
+    #[arg(
+        long,
+        value_name = "FILE",
+        help_heading = "Picture",
+        conflicts_with = "camera"
+    )]
+    pub camera_path: Option<PathBuf>,
     /// Field of view in degrees, horizontally at 4:3; wider pictures show more at the sides
     /// [default: the camera's, 90]
     #[arg(long, value_name = "DEG", help_heading = "Picture", value_parser = number(1.0, 170.0))]
     pub fov: Option<f64>,
+    /// Radius of the lens in Quake units: what is not in the plane of focus blurs; 0 for a pinhole
+    /// [default: 0]
+    #[arg(long, value_name = "UNITS", help_heading = "Picture", value_parser = number(0.0, 1e4))]
+    pub aperture: Option<f64>,
+    /// Distance of the plane of focus along the view direction, in Quake units
+    #[arg(long, value_name = "UNITS", help_heading = "Picture", value_parser = number(0.01, 1e6))]
+    pub focus: Option<f64>,
 }
 
 impl ViewArgs {
-    /// The camera asked for, or the level's first, with the field of view asked for.
+    /// The camera asked for at a level time of `at` seconds, or the level's first, adjusted.
     ///
     /// # Errors
-    /// When the level has no such camera.
-    pub fn camera_of(&self, scene: &Scene) -> Result<Camera> {
-        let mut camera = pick_camera(self.camera.as_ref(), scene)?;
+    /// When the level has no such camera, the camera path can't be read, or the lens is half said.
+    pub fn camera_of(&self, scene: &Scene, at: f64) -> Result<Camera> {
+        self.adjusted(match self.path()? {
+            Some(path) => path.at(at),
+            None => pick_camera(self.camera.as_ref(), scene)?,
+        })
+    }
+
+    /// The camera path asked for.
+    ///
+    /// # Errors
+    /// When it cannot be read or is wrong.
+    pub fn path(&self) -> Result<Option<CameraPath>> {
+        let Some(file) = &self.camera_path else {
+            return Ok(None);
+        };
+        let text = read_text(file).with_context(|| format!("--camera-path {}", file.display()))?;
+        Ok(Some(CameraPath::parse(&file.display().to_string(), &text)?))
+    }
+
+    /// A camera with the field of view and the lens asked for.
+    ///
+    /// # Errors
+    /// When the lens is half said.
+    pub fn adjusted(&self, mut camera: Camera) -> Result<Camera> {
         if let Some(fov) = self.fov {
             camera.fov_deg = fov as f32;
         }
+        camera.lens = self.lens_of(camera.lens)?;
         Ok(camera)
     }
+
+    /// The lens asked for, in place of a camera's own.
+    ///
+    /// # Errors
+    /// When nothing says how wide it is, or where things are sharp.
+    pub fn lens_of(&self, own: Option<Lens>) -> Result<Option<Lens>> {
+        let radius = (self.aperture.map(|x| x as f32)).or(own.map(|l| l.radius));
+        let focus = (self.focus.map(|x| x as f32)).or(own.map(|l| l.focus));
+        match (radius, focus) {
+            (Some(radius), Some(focus)) => Ok(Lens::new(radius, focus)),
+            (Some(radius), None) if radius > 0.0 => {
+                Err(Usage("--aperture: --focus must say what is sharp".into()).into())
+            }
+            // Of a path, a moment may have no lens.
+            (None, Some(_)) if self.camera_path.is_none() => {
+                Err(Usage("--focus: without --aperture everything is sharp".into()).into())
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+/// The text of a file that people write.
+fn read_text(path: &Path) -> Result<String> {
+    /// No such file is longer.
+    const MAX_BYTES: u64 = 1 << 24;
+    let mut text = String::new();
+    let read = std::fs::File::open(path)?
+        .take(MAX_BYTES + 1)
+        .read_to_string(&mut text)?;
+    if read as u64 > MAX_BYTES {
+        bail!("it is longer than {MAX_BYTES} bytes");
+    }
+    Ok(text)
 }
 
 fn pick_camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
@@ -62,6 +136,7 @@ fn pick_camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
             yaw_deg,
             roll_deg,
             fov_deg: DEFAULT_FOV_DEG,
+            lens: None,
         }),
         Some(CameraChoice::Index(index)) => scene.cameras.get(*index).cloned().ok_or_else(|| {
             anyhow!(
@@ -183,19 +258,14 @@ impl SurfaceArgs {
             env!("CARGO_MANIFEST_DIR"),
             "/../../assets/materials/default.toml"
         ));
-        /// No file of materials is longer.
-        const MAX_BYTES: u64 = 1 << 24;
         self.materials
             .iter()
             .try_fold(Rules::default(), |rules, name| {
                 if name == "default" {
                     return Ok(rules.and(Rules::parse(name, DEFAULT)?));
                 }
-                let file =
-                    std::fs::File::open(name).with_context(|| format!("--materials {name}"))?;
-                let mut text = String::new();
-                (file.take(MAX_BYTES).read_to_string(&mut text))
-                    .with_context(|| format!("--materials {name}"))?;
+                let text =
+                    read_text(Path::new(name)).with_context(|| format!("--materials {name}"))?;
                 Ok(rules.and(Rules::parse(name, &text)?))
             })
     }

@@ -226,9 +226,12 @@ impl Run<'_> {
         let view = ViewArgs {
             size: self.plan.size,
             camera: Some(choice.clone()),
+            camera_path: None,
             fov: None,
+            aperture: None,
+            focus: None,
         };
-        let mut camera = view.camera_of(scene)?;
+        let mut camera = view.camera_of(scene, self.plan.scene.at)?;
         if let CameraChoice::Index(index) = choice {
             // Names repeat: a level has many intermissions.
             camera.name = format!("{index} {}", camera.name);

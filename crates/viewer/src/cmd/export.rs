@@ -28,7 +28,7 @@ pub fn run(args: &Export, context: &Context) -> Result<Outcome> {
     let settings = Settings {
         width: args.view.size.0,
         height: args.view.size.1,
-        camera: args.view.camera_of(&scene)?,
+        camera: args.view.camera_of(&scene, args.scene.at)?,
         estimator: Estimator::Mis,
         selection: Selection::default(),
         candidates: CANDIDATES,

@@ -37,7 +37,7 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     shot::warn_of_oddities(&scene);
     let settings = Settings {
         time: picture.scene.at as f32,
-        ..picture.settings(picture.view.camera_of(&scene)?)
+        ..picture.settings(picture.view.camera_of(&scene, picture.scene.at)?)
     };
     scene.turn_sprites(&settings.camera);
     let scene = Arc::new(scene);
@@ -174,6 +174,7 @@ impl Report<'_> {
             "stopped": self.stopped.name(),
             "spp_asked": self.spp_asked,
             "camera": self.settings.camera.name,
+            "lens": self.settings.camera.lens.map(|l| json!({"radius": l.radius, "focus": l.focus})),
             "outputs": self.written,
         })
     }

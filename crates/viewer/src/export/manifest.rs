@@ -57,6 +57,7 @@ pub(super) fn describe(
             "position": position,
             "angles_deg": [camera.pitch_deg, camera.yaw_deg, camera.roll_deg],
             "fov_deg": camera.fov_deg,
+            "lens": camera.lens.map(|l| json!({"radius": l.radius, "focus": l.focus})),
         },
         "sealed": job.scene.report.sealed,
         "counts": counts,

@@ -452,6 +452,11 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
         ),
         (features.fog, "fog", "there is no fog"),
         (
+            job.settings.camera.lens.is_some(),
+            "lens",
+            "the camera is a pinhole: everything is sharp",
+        ),
+        (
             features.masks,
             "masks",
             "the camera and light see all models: some should be seen by one of them alone",

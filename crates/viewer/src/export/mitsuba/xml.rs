@@ -3,6 +3,7 @@
 use crate::export::Job;
 use glam::{DVec3, Vec3};
 use scene::PointLight;
+use scene::camera::Lens;
 use std::f32::consts::PI;
 use std::fmt::Write as _;
 
@@ -87,6 +88,17 @@ impl Document {
         let fov = 2.0 * basis.right.length().atan().to_degrees();
         let far = farthest(job) * 2.0 + 16.0;
         let p = settings.camera.position;
+        let (sensor, lens) = match basis.lens {
+            None => ("perspective", String::new()),
+            Some(Lens { radius, focus }) => (
+                "thinlens",
+                format!(
+                    r#"
+        <float name="aperture_radius" value="{radius}"/>
+        <float name="focus_distance" value="{focus}"/>"#
+                ),
+            ),
+        };
         let head = format!(
             r#"<?xml version="1.0" encoding="utf-8"?>
 <!-- Written by Runelight {version}. Places are relative to the camera, which is at
@@ -102,12 +114,12 @@ impl Document {
         <integer name="max_depth" value="$depth"/>
         <integer name="rr_depth" value="$rr_depth"/>
     </integrator>
-    <sensor type="perspective">
+    <sensor type="{sensor}">
         <transform name="to_world"><matrix value="{matrix}"/></transform>
         <string name="fov_axis" value="x"/>
         <float name="fov" value="{fov}"/>
         <float name="near_clip" value="0.01"/>
-        <float name="far_clip" value="{far}"/>
+        <float name="far_clip" value="{far}"/>{lens}
         <film type="hdrfilm">
             <integer name="width" value="$width"/>
             <integer name="height" value="$height"/>
