@@ -1,5 +1,6 @@
 //! One path: the loop of `docs/transport.md`.
 
+use crate::bsdf::Bsdf;
 use crate::bvh::Stack;
 use crate::choice::Choice;
 use crate::fog::Met;
@@ -11,8 +12,8 @@ use crate::shading::mis_weight;
 use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::DVec3;
-use scene::Surface;
 use scene::render::{Estimator, ROULETTE_GAIN, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
+use scene::{Finish, Surface};
 
 /// What a path found.
 #[derive(Clone, Debug, Default)]
@@ -104,6 +105,45 @@ pub(crate) struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    /// Sets out along a camera ray, in the liquid that the camera is in: a lens does not reach out of it.
+    fn from_eye(world: &World, settings: &Settings, ray: Ray) -> Self {
+        Self {
+            k: 1,
+            throughput: DVec3::ONE,
+            pdf_direction: 0.0,
+            choice: Choice::NONE,
+            sight: Sight::CAMERA,
+            is_found_alone: true,
+            depth: Depth::new(world.absorption_at(settings.camera.position.as_dvec3())),
+            passed: 0.0,
+            passages: 0,
+            is_scattered: false,
+            ray,
+        }
+    }
+
+    /// Goes straight on through an interface at distance `at`, from its front or its back. Not if there
+    /// were too many of them.
+    fn pass(&mut self, finish: &Finish, front: bool, at: f64) -> bool {
+        self.passages += 1;
+        self.throughput *= finish.tint.as_dvec3();
+        self.depth.pass(finish, front, at);
+        self.passed = at;
+        self.passages <= MAX_PASSAGES
+    }
+
+    /// Chooses the direction of the next ray; `None` if it would carry nothing.
+    fn scatter(&mut self, estimator: Estimator, bsdf: &Bsdf, rng: &mut Rng) -> Option<DVec3> {
+        let u = rng.next2();
+        let next = match estimator {
+            Estimator::Uniform => bsdf.sample_uniformly(u),
+            _ => bsdf.sample(u, || rng.next()),
+        };
+        self.pdf_direction = next.pdf;
+        self.throughput *= next.weight;
+        (next.weight != DVec3::ZERO).then_some(next.direction)
+    }
+
     /// Goes on from a vertex. Not if Russian roulette ends the path.
     pub fn go_on(
         &mut self,
@@ -173,19 +213,7 @@ pub(crate) fn trace_path(
         ..
     } = *settings;
     let mut sample = PathSample::default();
-    let mut walk = Walk {
-        ray,
-        k: 1,
-        throughput: DVec3::ONE,
-        pdf_direction: 0.0,
-        choice: Choice::NONE,
-        sight: Sight::CAMERA,
-        is_found_alone: true,
-        depth: Depth::new(world.absorption_at(settings.camera.position.as_dvec3())),
-        passed: 0.0,
-        passages: 0,
-        is_scattered: false,
-    };
+    let mut walk = Walk::from_eye(world, settings, ray);
     rng.begin_vertex(1);
     loop {
         sample.rays += 1;
@@ -226,14 +254,10 @@ pub(crate) fn trace_path(
             Event::Paint
         };
         if event == Event::Pass {
-            walk.passages += 1;
-            if walk.passages > MAX_PASSAGES {
-                return sample;
+            if walk.pass(finish, point.front, at) {
+                continue;
             }
-            walk.throughput *= finish.tint.as_dvec3();
-            walk.depth.pass(finish, point.front, at);
-            walk.passed = at;
-            continue;
+            return sample;
         }
         walk.throughput = arriving;
         sample.first.get_or_insert_with(first);
@@ -254,38 +278,27 @@ pub(crate) fn trace_path(
                 scattering: Scattering::Surface(normal, bsdf),
             };
             let absorption = walk.depth.absorption();
-            let light = sample_light(
-                world,
-                settings,
-                &walk.choice,
-                &place,
-                absorption,
-                rng,
-                stack,
-            );
+            let choice = &walk.choice;
+            let light = sample_light(world, settings, choice, &place, absorption, rng, stack);
             sample.add_sampled(walk.k + 1, walk.throughput, &light, world);
         }
 
-        let direction = if event == Event::Reflect {
-            let cos = normal.dot(walk.ray.direction).abs();
-            (walk.ray.direction + normal * (2.0 * cos)).normalize()
-        } else {
-            let u = rng.next2();
-            let next = match estimator {
-                Estimator::Uniform => bsdf.sample_uniformly(u),
-                _ => bsdf.sample(u, || rng.next()),
-            };
-            if next.weight == DVec3::ZERO {
-                return sample;
-            }
-            walk.pdf_direction = next.pdf;
-            walk.throughput *= next.weight;
-            next.direction
+        let direction = match event {
+            Event::Reflect => Some(reflected(walk.ray.direction, normal)),
+            _ => walk.scatter(estimator, &bsdf, rng),
+        };
+        let Some(direction) = direction else {
+            return sample;
         };
         if !walk.go_on((origin, sight), direction, settings, rng) {
             return sample;
         }
     }
+}
+
+/// A direction towards a surface as a mirror sends it back; the normal is on the side that it comes from.
+fn reflected(direction: DVec3, normal: DVec3) -> DVec3 {
+    (direction + normal * (2.0 * normal.dot(direction).abs())).normalize()
 }
 
 /// Probability with which a path goes on from vertex `k` (Russian roulette, Arvo and Kirk 1990);
