@@ -4,7 +4,9 @@ use crate::cli::Global;
 use crate::level::search_path;
 use anyhow::{Context as _, Result, bail};
 use bsp::dem::{LevelSummary, Summary, flag};
+use bsp::mdl::MdlHeader;
 use bsp::{Limits, Warnings};
+use scene::timeline::Timeline;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -33,6 +35,28 @@ pub fn read(wanted: &str, global: &Global) -> Result<Vec<u8>> {
         );
     }
     bail!("{wanted}: there is no such demo")
+}
+
+/// A demo as a function of time.
+///
+/// # Errors
+/// When the bytes are no demo that is read here, or show nothing.
+pub fn timeline(bytes: &[u8], global: &Global) -> Result<Timeline> {
+    let mut warnings = Warnings::new();
+    let demo = bsp::dem::Demo::parse(bytes, &Limits::default(), &mut warnings)?;
+    let search = search_path(global)?;
+    let flags = |model: &str| {
+        let found = search.read_optional(model).ok()??;
+        Some(MdlHeader::parse(&found.bytes).ok()?.flags)
+    };
+    let timeline = Timeline::new(&demo, &flags, &mut warnings);
+    for warning in warnings.iter() {
+        tracing::warn!("{warning}");
+    }
+    if timeline.messages() == 0 {
+        bail!("the demo shows no moment of a level");
+    }
+    Ok(timeline)
 }
 
 /// What a demo holds. `entities` lists how many there are in each second.

@@ -7,8 +7,13 @@ use bsp::lmp::Palette;
 use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
 use scene::import::{Cast, CastList, Files, ImportOptions, import_cast};
-use std::collections::BTreeSet;
+use sha2::{Digest as _, Sha256};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+
+/// Where the game has its colours.
+const PALETTE: &str = "gfx/palette.lmp";
 
 const SAMPLE_NAME: &str = "sample";
 const SAMPLE: &[u8] = include_bytes!(concat!(
@@ -60,6 +65,8 @@ pub struct Loaded {
     pub level: Level,
     palette: Palette,
     search: SearchPath,
+    /// Digests of the files that were read, by name.
+    read: RefCell<BTreeMap<String, String>>,
 }
 
 impl Source {
@@ -86,6 +93,28 @@ impl Source {
             })
     }
 
+    /// The level `map` of a demo, `maps/e1m1.bsp`; the bundled one if that is what it is called and the
+    /// search path has none of that name.
+    ///
+    /// # Errors
+    /// When the search path cannot be built, or has no such level.
+    pub fn of_demo(map: &str, global: &Global) -> Result<Self> {
+        let mut source = Self::new(Some(map), global)?;
+        if source.search.exists(map) {
+            return Ok(source);
+        }
+        if map != format!("maps/{SAMPLE_NAME}.bsp") {
+            let where_to = if source.search.is_empty() {
+                "give the Quake directory with --basedir, or PAKs and directories with --pak"
+            } else {
+                "--basedir, --game and --pak say where levels are looked up"
+            };
+            bail!("the demo plays in {map}, which is not there; {where_to}");
+        }
+        source.wanted = None;
+        Ok(source)
+    }
+
     /// Reads the level.
     ///
     /// # Errors
@@ -107,6 +136,7 @@ impl Source {
             level,
             palette,
             search: self.search,
+            read: RefCell::default(),
         })
     }
 }
@@ -146,9 +176,39 @@ impl Loaded {
             if path.starts_with("textures/") && !pictures.contains(&path.to_ascii_lowercase()) {
                 return None;
             }
-            Some(self.search.read_optional(path).ok()??.bytes)
+            let bytes = self.search.read_optional(path).ok()??.bytes;
+            let digest = sha256(&bytes);
+            self.read.borrow_mut().insert(path.to_owned(), digest);
+            Some(bytes)
         })
     }
+
+    /// A digest of the level and its companions, of the palette, and of all files that imports have read
+    /// so far: equal digests, equal scenes.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut files = self.read.borrow().clone();
+        let map = format!("maps/{}.bsp", self.level.name);
+        let beside = ["bsp", "lit", "lux", "ent", "vis"].map(|e| Path::new(&map).with_extension(e));
+        let names = beside.iter().filter_map(|p| p.to_str());
+        for name in names.chain([PALETTE]) {
+            if let Ok(Some(found)) = self.search.read_optional(name) {
+                files.insert(name.to_owned(), sha256(&found.bytes));
+            }
+        }
+        files.entry(map).or_insert_with(|| sha256(SAMPLE));
+        let list: Vec<String> = files
+            .iter()
+            .map(|(name, d)| format!("{name} {d}"))
+            .collect();
+        sha256(list.join("\n").as_bytes())
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// The sample level with its own palette.
@@ -157,13 +217,14 @@ fn bundled(search: SearchPath, limits: &Limits) -> Result<Loaded> {
         level: Level::from_bytes(&search, SAMPLE_NAME, SAMPLE.to_vec(), limits)?,
         palette: Palette::parse(SAMPLE_PALETTE)?,
         search,
+        read: RefCell::default(),
     })
 }
 
 /// Quake's colours out of the search path, or out of the game directory that holds a loose level.
 /// Without any, the sample's colours stand in, with a warning.
 fn palette(search: &SearchPath, wanted: &str) -> Result<Palette> {
-    const NAME: &str = "gfx/palette.lmp";
+    const NAME: &str = PALETTE;
     let around = || -> Option<Vec<u8>> {
         let maps = Path::new(wanted).canonicalize().ok()?.parent()?.to_owned();
         let game = (maps.file_name()? == "maps").then(|| maps.parent())??;

@@ -3,6 +3,7 @@
 pub mod adaptive;
 pub mod bench;
 pub mod cli;
+pub mod clip;
 pub mod cmd;
 pub mod demo;
 pub mod device;

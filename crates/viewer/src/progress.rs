@@ -11,6 +11,10 @@ pub struct Progress {
     bar: Option<ProgressBar>,
     start: Instant,
     goal: Goal,
+    /// Pictures in all.
+    frames: u32,
+    /// Pictures that are done.
+    frame: u32,
     /// When the film was last read for the figures, and how long that took.
     looked: Option<(Instant, Duration)>,
     figures: String,
@@ -24,14 +28,26 @@ impl Progress {
     /// terminal.
     #[must_use]
     pub fn new(visible: bool, goal: &Goal, pixels: u64) -> Self {
+        const SAMPLES: &str = "{spinner} [{wide_bar:.green}] {pos}/{len} samples  {msg}";
+        Self::with(visible, goal, 1, SAMPLES, format!("{pixels} pixels"))
+    }
+
+    /// A bar for as many pictures, each with the same `goal`.
+    #[must_use]
+    pub fn of_frames(visible: bool, goal: &Goal, frames: u32) -> Self {
+        const FRAMES: &str = "{spinner} [{wide_bar:.green}] {msg}";
+        let message = format!("{frames} frames");
+        Self::with(visible, goal, frames, FRAMES, message)
+    }
+
+    fn with(visible: bool, goal: &Goal, frames: u32, template: &str, message: String) -> Self {
         let bar = visible.then(|| {
-            let style = ProgressStyle::with_template(
-                "{spinner} [{wide_bar:.green}] {pos}/{len} samples  {msg}",
-            )
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .progress_chars("=> ");
-            let bar = ProgressBar::new(u64::from(goal.spp)).with_style(style);
-            bar.set_message(format!("{pixels} pixels"));
+            let style = ProgressStyle::with_template(template)
+                .unwrap_or_else(|_| ProgressStyle::default_bar())
+                .progress_chars("=> ");
+            let length = u64::from(goal.spp) * u64::from(frames);
+            let bar = ProgressBar::new(length).with_style(style);
+            bar.set_message(message);
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
         });
@@ -39,6 +55,8 @@ impl Progress {
             bar: bar.filter(|b| !b.is_hidden()),
             start: Instant::now(),
             goal: *goal,
+            frames,
+            frame: 0,
             looked: None,
             figures: String::new(),
         }
@@ -66,17 +84,34 @@ impl Progress {
             }
             self.looked = Some((Instant::now(), before.elapsed()));
         }
-        let left = time_left(&self.goal, done, self.start.elapsed());
-        bar.set_position(u64::from(done));
-        bar.set_message(format!("{} left  {}", clock(left), self.figures));
+        let before = u64::from(self.goal.spp) * u64::from(self.frame);
+        let all = u64::from(self.goal.spp) * u64::from(self.frames);
+        let position = before + u64::from(done);
+        let left = time_left(&self.goal, [position, all], self.start.elapsed());
+        bar.set_position(position);
+        let mut message = format!("{} left  {}", clock(left), self.figures);
+        if self.frames > 1 {
+            let samples = self.goal.spp;
+            let frame = format!("frame {}/{}, ", self.frame + 1, self.frames);
+            message.insert_str(0, &format!("{frame}{done}/{samples} samples  "));
+        }
+        bar.set_message(message);
         Ok(())
     }
 
-    /// Removes the bar.
+    /// A picture is done; removes the bar after the last.
     pub fn finish(&mut self, done: u32) {
-        if let Some(bar) = self.bar.take() {
-            bar.set_position(u64::from(done));
-            bar.finish_and_clear();
+        self.frame += 1;
+        let position = match self.frames {
+            1 => u64::from(done),
+            _ => u64::from(self.goal.spp) * u64::from(self.frame),
+        };
+        if let Some(bar) = &self.bar {
+            bar.set_position(position);
+            if self.frame >= self.frames {
+                bar.finish_and_clear();
+                self.bar = None;
+            }
         }
     }
 }
@@ -89,11 +124,11 @@ impl Drop for Progress {
     }
 }
 
-/// Time until all samples are taken or the deadline is reached, after `done` of them in `elapsed`.
-fn time_left(goal: &Goal, done: u32, elapsed: Duration) -> Duration {
-    let per_sample = elapsed.as_secs_f64() / f64::from(done.max(1));
+/// Time until `all` samples are taken or the deadline is reached, after `done` of them in `elapsed`.
+fn time_left(goal: &Goal, [done, all]: [u64; 2], elapsed: Duration) -> Duration {
+    let per_sample = elapsed.as_secs_f64() / done.max(1) as f64;
     // A picture that would take longer than a year is not waited for.
-    let seconds = (per_sample * f64::from(goal.spp - done)).min(3e7);
+    let seconds = (per_sample * all.saturating_sub(done) as f64).min(3e7);
     let all = Duration::from_secs_f64(seconds);
     match goal.deadline {
         Some(deadline) => all.min(deadline.saturating_duration_since(Instant::now())),
@@ -123,11 +158,11 @@ mod tests {
             target_error: None,
         };
         let ten = Duration::from_secs(10);
-        assert_eq!(clock(time_left(&goal, 10, ten)), "1m30s");
+        assert_eq!(clock(time_left(&goal, [10, 100], ten)), "1m30s");
         goal.deadline = Some(Instant::now() + Duration::from_millis(5900));
-        assert_eq!(clock(time_left(&goal, 10, ten)), "5s");
+        assert_eq!(clock(time_left(&goal, [10, 100], ten)), "5s");
         goal.deadline = Some(Instant::now() - ten);
-        assert_eq!(clock(time_left(&goal, 10, ten)), "0s");
+        assert_eq!(clock(time_left(&goal, [10, 100], ten)), "0s");
         assert_eq!(clock(Duration::from_secs(7620)), "2h07m");
     }
 }

@@ -83,6 +83,12 @@ impl Timeline {
         most.map_or(0.0, |m| m.window.end)
     }
 
+    /// The level of [`Timeline::state_at`], without the work for the rest of it.
+    pub fn level_at(&self, t: f64) -> Option<usize> {
+        let index = self.message_at(t.clamp(0.0, self.duration()))?;
+        Some(self.moments.get(index)?.level as usize)
+    }
+
     /// The state at `t` seconds; before the beginning that of the beginning, after the end that of
     /// the end. `None` if the demo shows nothing at all.
     pub fn state_at(&self, t: f64, options: &Options) -> Option<State> {

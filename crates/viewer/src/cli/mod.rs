@@ -11,7 +11,7 @@ mod shared;
 pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
 pub use compare_light::CompareLight;
-pub use demo::Demo;
+pub use demo::{ClipArgs, Demo, FrameRange, UnseenName};
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, PictureArgs, Render};
 pub use shared::{
@@ -116,8 +116,8 @@ pub struct Global {
 pub enum Command {
     /// Path-trace one picture of a level
     Render(Box<Render>),
-    /// Say what a demo holds: protocol, levels, duration, messages, entities
-    Demo(Demo),
+    /// Path-trace a demo as film, or say what it holds
+    Demo(Box<Demo>),
     /// Say what files hold: BSP, PAK, WAD, MDL, SPR, DEM, palettes
     Info(Info),
     /// Measure how far an image is from a reference

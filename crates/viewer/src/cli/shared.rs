@@ -34,7 +34,8 @@ pub struct ViewArgs {
     )]
     #[arg(value_parser = parse_camera)]
     pub camera: Option<CameraChoice>,
-    /// A camera path, a TOML file of keys (docs/cameras.md): the camera is where it is at the time `--at`
+    /// A camera path, a TOML file of keys (docs/cameras.md): the camera is where it is at the
+    /// time `--at`, in a demo at the time of the frame
     #[arg(
         long,
         value_name = "FILE",

@@ -2,16 +2,19 @@
 
 use super::{Context, info};
 use crate::cli::Demo;
-use crate::{Outcome, demo};
+use crate::{Outcome, clip, demo};
 use anyhow::{Context as _, Result};
 use bsp::Warnings;
 use serde_json::{Map, Value};
 
-/// Runs the command: lists what the demo holds.
+/// Runs the command: renders frames, or lists what the demo holds.
 ///
 /// # Errors
-/// When the demo is not found or is none that can be read.
+/// When the demo is not found or is none that can be read; what [`clip::run`] says.
 pub fn run(args: &Demo, context: &Context) -> Result<Outcome> {
+    if !args.output.is_empty() {
+        return clip::run(args, context);
+    }
     let bytes = demo::read(&args.demo, &context.global)?;
     let mut warnings = Warnings::new();
     let told =

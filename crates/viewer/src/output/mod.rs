@@ -8,7 +8,7 @@ pub mod screen;
 
 pub use exr_file::write_rgb_layers;
 pub use layers::{Layer, Plane};
-pub use part::{PartFile, remove_unfinished};
+pub use part::{PartFile, part_of, remove_unfinished};
 pub use png_file::write_rgb8;
 pub use screen::Screen;
 

@@ -5,6 +5,19 @@ use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+/// How the names of unfinished files end.
+const PART: &str = ".part";
+
+/// The file that `name` is an unfinished file of, if it is one.
+#[must_use]
+pub fn part_of(name: &str) -> Option<&str> {
+    let (of, process) = name
+        .strip_prefix('.')?
+        .strip_suffix(PART)?
+        .rsplit_once('.')?;
+    process.bytes().all(|b| b.is_ascii_digit()).then_some(of)
+}
+
 /// Unfinished files of this process, for [`remove_unfinished`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -46,7 +59,7 @@ impl PartFile {
         };
         let mut part_name = std::ffi::OsString::from(".");
         part_name.push(name);
-        part_name.push(format!(".{}.part", std::process::id()));
+        part_name.push(format!(".{}{PART}", std::process::id()));
         let part = target.with_file_name(part_name);
         let file = OpenOptions::new()
             .write(true)
