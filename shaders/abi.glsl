@@ -83,9 +83,9 @@ const uint PLANE_DEVIATION = 1u;
 const uint PLANE_COMPENSATION = 2u;
 // Number of film planes that are always there.
 const uint PLANES_BASIC = 3u;
-// Film plane: sum of emission seen directly.
+// Film plane: sum of emission seen directly, sum of motion to the right.
 const uint PLANE_EMISSION = 3u;
-// Film plane: sum of light reflected once.
+// Film plane: sum of light reflected once, sum of motion down.
 const uint PLANE_DIRECT = 4u;
 // Film plane: sum of light reflected more than once.
 const uint PLANE_INDIRECT = 5u;
@@ -118,6 +118,10 @@ const uint MASK_APART = 4u;
 const uint MASK_ALL = 7u;
 // Skin of an instance that shows its mesh's own materials.
 const uint NO_SKIN = 4294967295u;
+// Flag of a past: the instance moved.
+const uint PAST_MOVED = 1u;
+// Flag of a past: its corners are those of a pose.
+const uint PAST_POSED = 2u;
 // Instance of a moving light that is a sphere, and of lights that do not move.
 const uint NO_INSTANCE = 4294967295u;
 // Hit payload, flag beside the custom index: the triangle was seen from the front.
@@ -132,6 +136,7 @@ const uint RAY_SHADOW = 2u;
 layout(buffer_reference) buffer TriangleRef;
 layout(buffer_reference) buffer InstanceRef;
 layout(buffer_reference) buffer FigureRef;
+layout(buffer_reference) buffer PastRef;
 layout(buffer_reference) buffer CornerRef;
 layout(buffer_reference) buffer MovingLightRef;
 layout(buffer_reference) buffer MaterialRef;
@@ -209,6 +214,22 @@ struct Figure {
     float probability;
     // Unused, keeps the size a multiple of 16 bytes.
     uint padding;
+};
+
+// Where an instance was in the picture before.
+struct Past {
+    // Local to world, rows of a 3 x 4 matrix.
+    vec4 row0;
+    // Second row.
+    vec4 row1;
+    // Third row.
+    vec4 row2;
+    // Added to a triangle's index, a third of where its corners stood.
+    uint posed;
+    // PAST_ flags.
+    uint flags;
+    // Unused, keeps the size a multiple of 16 bytes.
+    uvec2 padding;
 };
 
 // What emits and moves: a sphere, or an instance.
@@ -447,6 +468,8 @@ struct SceneData {
     InstanceRef instances;
     // What they have besides their place.
     FigureRef figures;
+    // Where they were, if `has_before`.
+    PastRef pasts;
     // Corners of triangles in poses.
     CornerRef posed_corners;
     // What emits and moves.
@@ -531,8 +554,16 @@ struct SceneData {
     uint moving_count;
     // Triangles with grids of baked light.
     uint baked_count;
-    // Unused, keeps the size a multiple of 8 bytes.
-    uint padding;
+    // 1 if there was a picture before.
+    uint has_before;
+    // Its eye, world space.
+    vec3 before_origin;
+    // Its unit view direction.
+    vec3 before_forward;
+    // To the right edge of its image plane.
+    vec3 before_right;
+    // To the upper edge.
+    vec3 before_up;
 };
 
 // Where things are counted.
@@ -630,6 +661,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer In
 // Figures, by custom index.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer FigureRef {
     Figure at[];
+};
+
+// Where instances were, by custom index.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer PastRef {
+    Past at[];
 };
 
 // Corners of triangles in poses, local space.

@@ -11,6 +11,7 @@ struct PathSample {
     vec3 normal;
     vec3 position;
     float depth;     // along the view direction
+    vec2 motion;     // to where it was in the picture before, pixels to the right and down
     uint id;         // face + 1; 0 if nothing was hit
 };
 
@@ -56,8 +57,11 @@ FilmState film_begin(uint pixel, uint pixels) {
     state.deviation = film_load(PLANE_DEVIATION, pixel, pixels);
     state.compensation = film_load(PLANE_COMPENSATION, pixel, pixels);
     if (ALL_LAYERS) {
-        state.sums.emission = film_load(PLANE_EMISSION, pixel, pixels).rgb;
-        state.sums.direct = film_load(PLANE_DIRECT, pixel, pixels).rgb;
+        const vec4 emission = film_load(PLANE_EMISSION, pixel, pixels);
+        const vec4 direct = film_load(PLANE_DIRECT, pixel, pixels);
+        state.sums.emission = emission.rgb;
+        state.sums.direct = direct.rgb;
+        state.sums.motion = vec2(emission.w, direct.w);
         state.sums.indirect = film_load(PLANE_INDIRECT, pixel, pixels).rgb;
         state.sums.albedo = film_load(PLANE_ALBEDO, pixel, pixels).rgb;
         state.sums.normal = film_load(PLANE_NORMAL, pixel, pixels).xyz;
@@ -84,6 +88,7 @@ void film_sample(inout FilmState state, PathSample path, vec3 radiance) {
         state.sums.normal += path.normal;
         state.sums.position += path.position;
         state.sums.depth += path.depth;
+        if (HAS_FRAMES) state.sums.motion += path.motion;
     }
     state.beauty = vec4(sum, count);
     state.compensation.rgb = lost;
@@ -95,8 +100,8 @@ void film_end(FilmState state, uint pixel, uint pixels) {
     if (ALL_LAYERS) {
         state.compensation.w = state.sums.depth;
         state.deviation.w = uintBitsToFloat(state.sums.id);
-        film_store(PLANE_EMISSION, pixel, pixels, vec4(state.sums.emission, 0.0));
-        film_store(PLANE_DIRECT, pixel, pixels, vec4(state.sums.direct, 0.0));
+        film_store(PLANE_EMISSION, pixel, pixels, vec4(state.sums.emission, state.sums.motion.x));
+        film_store(PLANE_DIRECT, pixel, pixels, vec4(state.sums.direct, state.sums.motion.y));
         film_store(PLANE_INDIRECT, pixel, pixels, vec4(state.sums.indirect, 0.0));
         film_store(PLANE_ALBEDO, pixel, pixels, vec4(state.sums.albedo, 0.0));
         film_store(PLANE_NORMAL, pixel, pixels, vec4(state.sums.normal, 0.0));

@@ -105,6 +105,7 @@ void keep_first_hit(inout PathSample path, Walk walk, Surface s, vec3 n, float t
     path.normal = n;
     path.position = s.position;
     path.depth = t * dot(walk.direction, params.forward);
+    if (HAS_FRAMES) path.motion = motion_of(s, hit.instance, hit.triangle, walk.direction);
     path.id = s.face + 1u;
 }
 

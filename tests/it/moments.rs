@@ -1,14 +1,19 @@
 // Moments of a scene in which things move. Included once for each renderer, with its `device`.
 
-use glam::Vec3;
+use glam::{Affine3A, DVec2, DVec3, Vec3};
 use runelight_tests::builder::{Builder, camera, settings};
 use runelight_tests::devices::{render, render_moments};
-use runelight_tests::moving::{moment, moving_room, still};
+use runelight_tests::moving::{BLOB, DOOR, moment, moving_room, still};
 use runelight_tests::scenes::room_view;
 use runelight_tests::stats::ZTest;
+use scene::camera::ViewBasis;
+use scene::frame::Past;
 use scene::render::{Estimator, Film, Settings};
-use scene::{Frame, PointLight};
+use scene::{Frame, Instance, PointLight, PoseBlend, Scene};
 use std::sync::Arc;
+
+/// The `id` of the room's skylight.
+const SKY: u32 = 6;
 
 fn view(estimator: Estimator, seed: u64) -> Settings {
     Settings {
@@ -164,4 +169,96 @@ fn a_moment_may_have_a_lens_and_the_next_one_none() {
         assert_eq!(film.beauty, alone[0].beauty);
     }
     assert_ne!(films[1].beauty, sharp.beauty);
+}
+
+/// Where the point `p` of a posed triangle was, in the same place of the triangle.
+fn was(scene: &Scene, now: &Instance, then: Past, face: u32, p: DVec3) -> DVec3 {
+    let mesh = &scene.meshes[now.mesh];
+    let triangle = mesh.triangles.iter().find(|t| t.face == face).expect("a face");
+    let corners = |place: Affine3A, pose| {
+        let positions = mesh.posed(pose);
+        triangle.vertices.map(|v| place.transform_point3(positions[v as usize]).as_dvec3())
+    };
+    let [a, b, c] = corners(now.transform, now.pose);
+    let (e, f, d) = (b - a, c - a, p - a);
+    let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+    let (de, df) = (d.dot(e), d.dot(f));
+    let det = ee * ff - ef * ef;
+    let (u, v) = ((de * ff - df * ef) / det, (df * ee - de * ef) / det);
+    let [a, b, c] = corners(then.transform, then.pose);
+    a + (b - a) * u + (c - a) * v
+}
+
+#[test]
+fn the_motion_layer_says_where_everything_was() {
+    let scene = moving_room();
+    let place = |turn: f32, at: [f32; 3]| {
+        Affine3A::from_translation(at.into()) * Affine3A::from_rotation_z(turn)
+    };
+    let blend = |from, to, fraction| PoseBlend { from, to, fraction };
+    let still = (place(0.2, [0.0, 5.0, 5.0]), PoseBlend::default());
+    // Meshes with their places and poses now and then: a rigid one moves, another changes its pose, a
+    // third both; a fourth stands still.
+    let moves = [
+        (DOOR, still, (place(-0.1, [2.0, 5.0, 3.0]), PoseBlend::default())),
+        (BLOB, (still.0, blend(0, 1, 0.3)), (still.0, blend(1, 2, 0.6))),
+        (BLOB, (still.0, blend(2, 2, 0.0)), (place(0.4, [-3.0, 4.0, 5.0]), blend(0, 2, 0.5))),
+        (DOOR, still, still),
+    ];
+    for (number, (mesh, now, then)) in moves.into_iter().enumerate() {
+        let instance = |(transform, pose)| Instance {
+            id: 7,
+            pose,
+            ..Instance::new(mesh, transform, "")
+        };
+        let frame = |camera: &scene::Camera, placed| Frame {
+            camera: camera.clone(),
+            instances: vec![scene.instances[0].clone(), instance(placed)],
+            ..moment(&scene, 0.2, false)
+        };
+        let mut view = view(Estimator::Naive, 1);
+        (view.aovs, view.depth) = (true, 1);
+        // The skylight is seen from here.
+        view.camera.pitch_deg = -15.0;
+        let mut moved = view.camera.clone();
+        moved.position += Vec3::new(1.0, -1.5, 0.5);
+        moved.yaw_deg -= 4.0;
+        moved.pitch_deg += 2.0;
+        moved.fov_deg += 3.0;
+        let mut shown = frame(&view.camera, now);
+        shown.loose = scene::Mesh::default();
+        shown.follow(&frame(&moved, then));
+        let mut steady = shown.clone();
+        steady.follow(&shown);
+        let pictures = [(1, vec![(shown.clone(), 1)]), (1, vec![(steady, 4)])];
+        let films = render_moments(device(), &scene, &view, &pictures);
+        assert!(films[1].motion.iter().all(|m| *m == [0.0; 2]), "nothing moves");
+
+        let basis = [&view.camera, &moved].map(|c| c.view_basis(view.width, view.height));
+        let pixels = |basis: &ViewBasis, direction| {
+            let at = basis.project(direction).expect("before the eye");
+            DVec2::new(at.x * f64::from(view.width), -at.y * f64::from(view.height)) / 2.0
+        };
+        let film = &films[0];
+        let (mut on_it, mut on_sky) = (0, 0);
+        for (i, motion) in film.motion.iter().enumerate() {
+            let p = Vec3::from(film.position[i]).as_dvec3();
+            let id = film.id[i];
+            let [mut from, mut to] = [p - basis[0].origin, p - basis[1].origin];
+            if id > 100 {
+                on_it += 1;
+                let past = Past { transform: then.0, pose: then.1 };
+                to = was(&scene, &shown.instances[1], past, id - 1, p) - basis[1].origin;
+            } else if id == SKY {
+                on_sky += 1;
+                to = from;
+            }
+            from = pixels(&basis[0], from).extend(0.0);
+            to = pixels(&basis[1], to).extend(0.0);
+            let [x, y] = motion.map(f64::from);
+            let off = DVec3::new(x, y, 0.0) - (to - from);
+            assert!(off.length() < 2e-3, "{number}: pixel {i}, face {id}: {motion:?}, not {}", to - from);
+        }
+        assert!(on_it > 20 && on_sky > 20, "{on_it} {on_sky}");
+    }
 }

@@ -10,9 +10,9 @@ use scene::{
 use std::sync::Arc;
 
 /// Number of the mesh with poses.
-const BLOB: usize = 1;
+pub const BLOB: usize = 1;
 /// Number of the mesh with a lamp.
-const DOOR: usize = 2;
+pub const DOOR: usize = 2;
 /// The room's material with several emitting texels.
 const LAMP: MaterialId = MaterialId(2);
 
@@ -214,6 +214,7 @@ pub fn moment(scene: &Scene, time: f32, lights: bool) -> Frame {
         loose,
         lights,
         styles,
+        before: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sums over samples, and the picture they make.
 
 use crate::integrator::PathSample;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use scene::LightStyle;
 use scene::render::{Clamped, Counters, Escape, Film, StyleLayer};
@@ -29,6 +29,7 @@ pub(crate) struct LayerSums {
     normal: DVec3,
     position: DVec3,
     depth: f64,
+    motion: DVec2,
     id: u32,
 }
 
@@ -102,14 +103,21 @@ impl LayerSums {
         self.indirect += sample.indirect;
     }
 
-    /// Adds what the camera ray hit; `depth` is along the view direction, `first_sample` says
-    /// whether this is the pixel's first.
-    pub fn add_first_hit(&mut self, sample: &PathSample, depth: f64, first_sample: bool) {
+    /// Adds what the camera ray hit; `depth` is along the view direction, `pixels` are those of a unit on
+    /// the image plane, `first_sample` says whether this is the pixel's first.
+    pub fn add_first_hit(
+        &mut self,
+        sample: &PathSample,
+        depth: f64,
+        pixels: DVec2,
+        first_sample: bool,
+    ) {
         let Some(first) = sample.first else { return };
         self.albedo += first.albedo;
         self.normal += first.normal;
         self.position += first.position;
         self.depth += depth;
+        self.motion += first.motion * pixels;
         if first_sample {
             self.id = first.face.wrapping_add(1);
         }
@@ -162,6 +170,9 @@ pub(crate) fn develop(
         position: layer(|l| l.position),
         depth: (layers.par_iter().zip(pixels))
             .map(|(l, p)| (l.depth / p.divisor()) as f32)
+            .collect(),
+        motion: (layers.par_iter().zip(pixels))
+            .map(|(l, p)| (l.motion / p.divisor()).as_vec2().to_array())
             .collect(),
         id: layers.par_iter().map(|l| l.id).collect(),
         counters,

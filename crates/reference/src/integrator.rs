@@ -11,7 +11,7 @@ use crate::rng::Rng;
 use crate::shading::mis_weight;
 use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use scene::render::{Estimator, ROULETTE_GAIN, ROULETTE_MAX_SURVIVAL, ROULETTE_START, Settings};
 use scene::{Finish, Surface};
 
@@ -41,6 +41,8 @@ pub(crate) struct FirstHit {
     /// Unit normal towards the camera.
     pub normal: DVec3,
     pub position: DVec3,
+    /// Where it was in the picture before, less where it is, on the image plane.
+    pub motion: DVec2,
     pub face: u32,
 }
 
@@ -227,10 +229,12 @@ pub(crate) fn trace_path(
         let mut arriving = walk.throughput * walk.depth.transmittance(at) * clear;
         walk.add_emission(world, estimator, &point, at, arriving, &mut sample);
 
+        let direction = walk.ray.direction;
         let first = || FirstHit {
             albedo: world.albedo(&point),
             normal: point.facing_normal(),
             position: point.position,
+            motion: world.motion(&point, direction),
             face: point.face,
         };
         match walk.meet_fog(world, settings, at, &mut sample, rng, stack) {

@@ -53,6 +53,7 @@ pub mod fog;
 mod integrator;
 mod lights;
 mod moment;
+mod motion;
 mod part;
 mod passage;
 pub mod rays;
@@ -64,8 +65,9 @@ mod triangle;
 mod world;
 
 use film::{LayerSums, PixelSums};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use integrator::{PathSample, trace_path};
+use motion::Seen;
 use rayon::prelude::*;
 use rng::Rng;
 use scene::camera::ViewBasis;
@@ -156,6 +158,7 @@ impl Renderer for Reference {
             basis,
         } = &mut self.view;
         world.show(frame)?;
+        world.before = Seen::new(frame, [settings.width, settings.height]);
         *basis = frame.camera.view_basis(settings.width, settings.height);
         settings.camera.clone_from(&frame.camera);
         settings.time = frame.time;
@@ -223,6 +226,8 @@ impl View {
         mut layers: Option<&mut [LayerSums]>,
     ) -> Tally {
         let limit = self.clamp();
+        let [width, height] = [self.settings.width, self.settings.height].map(f64::from);
+        let per_unit = DVec2::new(width / 2.0, -height / 2.0);
         let mut tally = Tally::default();
         let mut stack = bvh::Stack::new();
         for (i, pixel) in pixels.iter_mut().enumerate() {
@@ -247,7 +252,8 @@ impl View {
                 let radiance = path.emission + path.direct + path.indirect;
                 tally.count(&path, radiance.is_finite(), place, number);
                 if let Some(layers) = layers.as_deref_mut().map(|l| &mut l[i]) {
-                    layers.add_first_hit(&path, self.view_depth(&path), number == 0);
+                    let depth = self.view_depth(&path);
+                    layers.add_first_hit(&path, depth, per_unit, number == 0);
                     if radiance.is_finite() {
                         layers.add_light(&path);
                     }

@@ -74,6 +74,8 @@ pub(crate) struct Part {
     pub baked: Vec<BakedTriangle>,
     /// By triangle in the order of instances and triangles, the slot.
     pub slots: Vec<u32>,
+    /// By slot, the triangle in that order.
+    pub triangles: Vec<u32>,
     /// By slot, the number among the sources of what emits; [`NO_EMITTER`] if it does not.
     pub sources: Vec<u32>,
     pub emitting: Emitting,
@@ -106,6 +108,7 @@ impl Part {
             baked: grids.map(|&i| baked[i as usize]).collect(),
             infos: order.iter().map(|&i| infos[i as usize]).collect(),
             sources: vec![NO_EMITTER; count],
+            triangles: order,
             bvh,
             slots,
             emitting,

@@ -4,6 +4,7 @@ use crate::Error;
 use crate::bsdf::{Bsdf, GlossHere};
 use crate::bvh::{self, Stack, Tree};
 use crate::check::check;
+use crate::motion::Seen;
 use crate::part::{Part, Sight, TriangleInfo};
 use crate::passage::{Depth, eval_passage};
 use crate::shading::{spawn_origin, srgb_to_linear, texel_index, warp};
@@ -48,6 +49,8 @@ pub(crate) struct World {
     pub frame_lights: Vec<PointLight>,
     /// By part, the probability with which `moving` chooses it.
     pub moving_probabilities: Vec<f64>,
+    /// What the picture before showed, and the views of both.
+    pub before: Option<Seen>,
     /// `srgb_to_linear` of each byte.
     linear: [f64; 256],
 }
@@ -131,6 +134,7 @@ impl World {
             moving: MovingLights::default(),
             frame_lights: Vec::new(),
             moving_probabilities: Vec::new(),
+            before: None,
             linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
             scene,
         };

@@ -184,9 +184,9 @@ abi! {
         PLANE_COMPENSATION: uint = 2;
         /// Number of film planes that are always there.
         PLANES_BASIC: uint = 3;
-        /// Film plane: sum of emission seen directly.
+        /// Film plane: sum of emission seen directly, sum of motion to the right.
         PLANE_EMISSION: uint = 3;
-        /// Film plane: sum of light reflected once.
+        /// Film plane: sum of light reflected once, sum of motion down.
         PLANE_DIRECT: uint = 4;
         /// Film plane: sum of light reflected more than once.
         PLANE_INDIRECT: uint = 5;
@@ -219,6 +219,10 @@ abi! {
         MASK_ALL: uint = 7;
         /// Skin of an instance that shows its mesh's own materials.
         NO_SKIN: uint = 0xffff_ffff;
+        /// Flag of a past: the instance moved.
+        PAST_MOVED: uint = 1;
+        /// Flag of a past: its corners are those of a pose.
+        PAST_POSED: uint = 2;
         /// Instance of a moving light that is a sphere, and of lights that do not move.
         NO_INSTANCE: uint = 0xffff_ffff;
         /// Hit payload, flag beside the custom index: the triangle was seen from the front.
@@ -237,6 +241,8 @@ abi! {
         InstanceRef => readonly Instance, align "16";
         /// Figures, by custom index.
         FigureRef => readonly Figure, align "16";
+        /// Where instances were, by custom index.
+        PastRef => readonly Past, align "16";
         /// Corners of triangles in poses, local space.
         CornerRef => readonly vec3, align "4";
         /// Lights that move.
@@ -340,6 +346,21 @@ abi! {
             probability: float,
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uint,
+        }
+        /// Where an instance was in the picture before.
+        Past {
+            /// Local to world, rows of a 3 x 4 matrix.
+            row0: vec4,
+            /// Second row.
+            row1: vec4,
+            /// Third row.
+            row2: vec4,
+            /// Added to a triangle's index, a third of where its corners stood.
+            posed: uint,
+            /// PAST_ flags.
+            flags: uint,
+            /// Unused, keeps the size a multiple of 16 bytes.
+            padding: uvec2,
         }
         /// What emits and moves: a sphere, or an instance.
         MovingLight {
@@ -562,6 +583,8 @@ abi! {
             instances: InstanceRef,
             /// What they have besides their place.
             figures: FigureRef,
+            /// Where they were, if `has_before`.
+            pasts: PastRef,
             /// Corners of triangles in poses.
             posed_corners: CornerRef,
             /// What emits and moves.
@@ -646,8 +669,16 @@ abi! {
             moving_count: uint,
             /// Triangles with grids of baked light.
             baked_count: uint,
-            /// Unused, keeps the size a multiple of 8 bytes.
-            padding: uint,
+            /// 1 if there was a picture before.
+            has_before: uint,
+            /// Its eye, world space.
+            before_origin: vec3,
+            /// Its unit view direction.
+            before_forward: vec3,
+            /// To the right edge of its image plane.
+            before_right: vec3,
+            /// To the upper edge.
+            before_up: vec3,
         }
         /// Where things are counted.
         Tallies {
@@ -739,6 +770,7 @@ mod tests {
         assert_eq!(size_of::<Triangle>(), 80);
         assert_eq!(size_of::<Instance>(), 64);
         assert_eq!(size_of::<Figure>(), 16);
+        assert_eq!(size_of::<Past>(), 64);
         assert_eq!(size_of::<MovingLight>(), 32);
         assert_eq!(size_of::<Material>(), 32);
         assert_eq!(size_of::<Finish>(), 64);

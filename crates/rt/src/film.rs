@@ -172,6 +172,12 @@ impl GpuFilm {
             film.depth = (plane(abi::PLANE_COMPENSATION).iter().zip(&counts))
                 .map(|(p, &n)| (f64::from(p[3]) / f64::from(n.max(1))) as f32)
                 .collect();
+            let down = plane(abi::PLANE_DIRECT).iter();
+            film.motion = (plane(abi::PLANE_EMISSION).iter().zip(down).zip(&counts))
+                .map(|((right, down), &n)| {
+                    [right[3], down[3]].map(|sum| (f64::from(sum) / f64::from(n.max(1))) as f32)
+                })
+                .collect();
             film.id = plane(abi::PLANE_DEVIATION)
                 .iter()
                 .map(|p| p[3].to_bits())

@@ -1,6 +1,6 @@
 //! Where the picture is taken from.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 
 /// A camera: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +68,17 @@ pub struct ViewBasis {
     pub up: DVec3,
     /// The camera's lens.
     pub lens: Option<Lens>,
+}
+
+impl ViewBasis {
+    /// Where a pinhole at the eye shows what lies in a direction, as `x` and `y` of the image plane;
+    /// `None` behind the eye.
+    #[must_use]
+    pub fn project(&self, direction: DVec3) -> Option<DVec2> {
+        let depth = direction.dot(self.forward);
+        let on = |axis: DVec3| direction.dot(axis) / (axis.length_squared() * depth);
+        (depth > 0.0).then(|| DVec2::new(on(self.right), on(self.up)))
+    }
 }
 
 impl Camera {

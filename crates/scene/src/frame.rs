@@ -4,6 +4,8 @@ use crate::camera::Camera;
 use crate::light::PointLight;
 use crate::mesh::{Instance, Mesh, PoseBlend};
 use crate::{MovingEmitters, Scene};
+use glam::Affine3A;
+use std::collections::HashMap;
 
 /// One moment of a scene: all that can differ from another moment of it.
 #[derive(Clone, Debug)]
@@ -24,9 +26,47 @@ pub struct Frame {
     /// Brightness of the light styles by number, which the scene's own lights have in this moment.
     /// Styles beyond its end have a brightness of 1.
     pub styles: Vec<f32>,
+    /// What the picture before showed. Without it nothing moves in the motion layer; it costs time, and is
+    /// for pictures that have this layer.
+    pub before: Option<Box<Before>>,
+}
+
+/// What the picture before a frame showed.
+#[derive(Clone, Debug)]
+pub struct Before {
+    /// Who looked.
+    pub camera: Camera,
+    /// By instance of the frame, where it was; `None` of what is new, and of what did not move.
+    pub instances: Vec<Option<Past>>,
+}
+
+/// Where an instance was, of the same mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Past {
+    /// As [`Instance::transform`].
+    pub transform: Affine3A,
+    /// As [`Instance::pose`].
+    pub pose: PoseBlend,
 }
 
 impl Frame {
+    /// Says what the picture before showed: instances are those with the same [`Instance::id`].
+    pub fn follow(&mut self, before: &Frame) {
+        let known: HashMap<u64, &Instance> = (before.instances.iter()).map(|i| (i.id, i)).collect();
+        let past = |now: &Instance| {
+            let then = known.get(&now.id).filter(|_| now.id != 0)?;
+            let has_moved = then.transform != now.transform || then.pose != now.pose;
+            (then.mesh == now.mesh && has_moved).then_some(Past {
+                transform: then.transform,
+                pose: then.pose,
+            })
+        };
+        self.before = Some(Box::new(Before {
+            camera: before.camera.clone(),
+            instances: self.instances.iter().map(past).collect(),
+        }));
+    }
+
     /// Looks for what contradicts the scene, so that a renderer can believe the rest.
     ///
     /// # Errors
@@ -39,6 +79,25 @@ impl Frame {
             "the first instance of a frame is not the static world",
         )?;
         (self.instances.iter()).try_for_each(|instance| scene.check_instance(instance))?;
+        if let Some(before) = &self.before {
+            ensure(
+                before.instances.len() == self.instances.len(),
+                "it does not say of each instance where it was",
+            )?;
+            ensure(
+                before.instances.first().is_none_or(Option::is_none),
+                "the static world was elsewhere before",
+            )?;
+            for (instance, past) in self.instances.iter().zip(&before.instances) {
+                if let Some(Past { transform, pose }) = *past {
+                    scene.check_instance(&Instance {
+                        transform,
+                        pose,
+                        ..instance.clone()
+                    })?;
+                }
+            }
+        }
         ensure(
             self.camera.lens.is_none_or(|lens| lens.is_valid()),
             "a camera's lens is not above 0",
@@ -91,6 +150,7 @@ impl Scene {
             loose: Mesh::default(),
             lights: Vec::new(),
             styles: self.brightness.clone(),
+            before: None,
         }
     }
 

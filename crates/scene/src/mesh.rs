@@ -58,6 +58,15 @@ impl Mesh {
         let ends = of(blend.from).iter().zip(of(blend.to));
         ends.map(|(&a, &b)| a + (b - a) * blend.fraction).collect()
     }
+
+    /// One of the positions that [`Mesh::posed`] gives.
+    #[must_use]
+    pub fn vertex(&self, blend: PoseBlend, vertex: u32) -> Vec3 {
+        let of =
+            |pose: u32| self.poses.get(pose as usize).unwrap_or(&self.positions)[vertex as usize];
+        let (a, b) = (of(blend.from), of(blend.to));
+        a + (b - a) * blend.fraction
+    }
 }
 
 /// A pose between two of a mesh's: `from + (to - from) * fraction` for every vertex.
@@ -113,6 +122,8 @@ pub struct Instance {
     pub material: Option<MaterialId>,
     /// Which rays meet it.
     pub seen_by: SeenBy,
+    /// What it is from one frame to the next, so that its motion is known; 0 for no one in particular.
+    pub id: u64,
 }
 
 impl Instance {
@@ -126,6 +137,7 @@ impl Instance {
             pose: PoseBlend::default(),
             material: None,
             seen_by: SeenBy::ALL,
+            id: 0,
         }
     }
 

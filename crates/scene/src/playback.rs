@@ -125,7 +125,8 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
     };
     let is_player = matches!(eye, Eye::Player { .. });
     for (i, still) in level.statics.iter().take(state.statics).enumerate() {
-        show.entity(&still.entity(i, level), SeenBy::ALL);
+        let id = identity(STATIC, i as u64, 0.0);
+        show.entity(&still.entity(i, level), SeenBy::ALL, id);
     }
     let lit: Vec<u16> = state.lights.iter().map(|l| l.entity).collect();
     for entity in &state.entities {
@@ -139,7 +140,9 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
             (false, true) => SeenBy::CAMERA,
             (false, false) => SeenBy::ALL,
         };
-        show.entity(entity, seen_by);
+        // Another one after a jump: what was there did not move here.
+        let id = identity(MOVING, entity.number.into(), entity.since);
+        show.entity(entity, seen_by, id);
     }
     state.beams.iter().for_each(|beam| show.beam(beam));
     if is_player {
@@ -154,8 +157,18 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
         loose: dots(&state.particles, &camera, cast.palette),
         lights,
         styles: state.styles.iter().map(|s| s.max(0.0)).collect(),
+        before: None,
         camera,
     }
+}
+
+const MOVING: u64 = 1;
+const STATIC: u64 = 2;
+const WEAPON: u64 = 3;
+
+/// Who an instance is from one frame to the next, since a moment.
+fn identity(kind: u64, number: u64, since: f64) -> u64 {
+    kind << 60 | (number & 0xf_ffff) << 40 | since.to_bits() >> 24
 }
 
 struct Showing<'a> {
@@ -168,7 +181,7 @@ struct Showing<'a> {
 }
 
 impl Showing<'_> {
-    fn entity(&mut self, entity: &Entity, seen_by: SeenBy) {
+    fn entity(&mut self, entity: &Entity, seen_by: SeenBy, id: u64) {
         let name = self.level.models.get(usize::from(entity.model));
         let Some(name) = name.map(|m| m.name.as_str()) else {
             return;
@@ -195,9 +208,12 @@ impl Showing<'_> {
                 let turn = Quat::from_rotation_z(yaw)
                     * Quat::from_rotation_y(pitch)
                     * Quat::from_rotation_x(roll);
-                let place = Affine3A::from_rotation_translation(turn, entity.origin) * *within;
+                let scale = Vec3::splat(entity.scale);
+                let place =
+                    Affine3A::from_scale_rotation_translation(scale, turn, entity.origin) * *within;
                 let mesh = meshes[usize::from(entity.frame.to != 0)];
                 self.instances.push(Instance {
+                    id,
                     seen_by,
                     ..Instance::new(mesh, place, name)
                 });
@@ -216,6 +232,7 @@ impl Showing<'_> {
                 let worn = entity.colours.filter(|_| part == 255);
                 let worn = worn.and_then(|c| self.cast.coloured(name, skin, rows(c)));
                 self.instances.push(Instance {
+                    id,
                     seen_by: self.luminous(name, entity.origin, seen_by),
                     name: name.to_owned(),
                     material: worn.or(instance.material),
@@ -235,6 +252,7 @@ impl Showing<'_> {
                 if let Some(mesh) = meshes.get(quad).copied().flatten() {
                     let place = sprite::placement(&stance, self.camera);
                     self.instances.push(Instance {
+                        id,
                         seen_by: SeenBy::CAMERA,
                         ..Instance::new(mesh, place, name)
                     });
@@ -298,6 +316,7 @@ impl Showing<'_> {
             * Affine3A::from_translation(-eye);
         let place = shrink * alias::placement(weapon.origin, weapon.angles.to_array(), 1.0);
         self.instances.push(Instance {
+            id: identity(WEAPON, weapon.model.into(), 0.0),
             seen_by: SeenBy::CAMERA,
             name: name.to_owned(),
             ..posed(*mesh, model, place, weapon.frame, 0, self.state.clock)

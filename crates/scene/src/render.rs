@@ -216,6 +216,9 @@ pub struct Film {
     pub position: Vec<[f32; 3]>,
     /// Distance along the view direction to the first hit, world units.
     pub depth: Vec<f32>,
+    /// Where the first hit was in the picture before, less where it is, in pixels to the right and down
+    /// ([`Frame::before`]). Without a picture before, and where there is no such place, 0.
+    pub motion: Vec<[f32; 2]>,
     /// 1 + number of the level's face hit by the pixel's first sample; 0 where it hit nothing.
     /// Faces of instances are numbered like the file's.
     pub id: Vec<u32>,

@@ -112,7 +112,7 @@ fn read_exr(bytes: &[u8], layer: &str) -> Result<Picture> {
     bail!("has no layer {layer:?}; it has {}", names.join(", "))
 }
 
-/// The three planes to read of a layer's channels.
+/// The three planes to read of a layer's channels. Of two, X and Y, the second one counts twice.
 fn pick_planes<'a>(channels: &[(String, &'a FlatSamples)]) -> Option<[&'a FlatSamples; 3]> {
     let named = |name: &str| {
         (channels.iter())
@@ -123,6 +123,9 @@ fn pick_planes<'a>(channels: &[(String, &'a FlatSamples)]) -> Option<[&'a FlatSa
         if let (Some(a), Some(b), Some(c)) = (named(a), named(b), named(c)) {
             return Some([a, b, c]);
         }
+    }
+    if let (Some(x), Some(y)) = (named("X"), named("Y")) {
+        return Some([x, y, y]);
     }
     let only = named("Y").or(match channels {
         [(_, single)] => Some(*single),

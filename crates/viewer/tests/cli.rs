@@ -76,8 +76,8 @@ fn wrong_usage_is_2_and_names_the_option() {
     for (args, sentence) in [
         (vec!["render", "--denoise", "svgf"], "--denoise"),
         (
-            vec!["render", "--layers", "motion"],
-            "there is no layer \"motion\"; there are beauty,",
+            vec!["render", "--layers", "shadow"],
+            "there is no layer \"shadow\"; there are beauty,",
         ),
         (
             vec!["render", "-o", "a.jpg"],

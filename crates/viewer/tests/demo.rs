@@ -425,3 +425,31 @@ fn a_camera_flies_by_the_seconds_of_the_demo() {
     );
     assert!(code == 2 && err.contains("--focus"), "{err}");
 }
+
+#[test]
+fn the_motion_layer_leads_to_the_frame_before() {
+    let dir = directory();
+    let layers = ["--layers", "motion", "--shutter", "0.5"];
+    succeeds(
+        dir.path(),
+        &[&["-o", "m/%03d.exr", "--frames", "0..6"], &layers[..]].concat(),
+    );
+    let motion = |frame: &str| {
+        let path = dir.path().join("m").join(frame);
+        runelight::picture::read(&path, "motion").unwrap().radiance
+    };
+    // Nothing was before the first frame; afterwards the player walks and turns.
+    assert!(motion("000.exr").iter().all(|m| m[..2] == [0.0; 2]));
+    let turned = motion("005.exr");
+    let moved = turned.iter().filter(|m| m[0].hypot(m[1]) > 0.05).count();
+    assert!(
+        moved > turned.len() / 2,
+        "{moved} pixels of {}",
+        turned.len()
+    );
+    assert!(
+        turned
+            .iter()
+            .all(|m| m[0].abs() < 24.0 && m[1].abs() < 14.0)
+    );
+}

@@ -300,7 +300,7 @@ impl GpuScene {
             ],
         };
         let mut recording = Recording::begin(device)?;
-        gpu_scene.record_moment(&mut recording, &Self::first_moment(scene))?;
+        gpu_scene.record_moment(&mut recording, &Self::first_moment(scene), [1; 2])?;
         (gpu_scene.timings).extend(recording.submit_and_wait()?);
         Ok(gpu_scene)
     }

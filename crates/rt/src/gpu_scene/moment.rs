@@ -7,6 +7,7 @@ use crate::abi;
 use crate::vk::{Buffer, Error, Location, Recording, Tlas, TlasInstance, Usage};
 use glam::{Affine3A, Vec3};
 use scene::emitter::{MovingLight, MovingLights};
+use scene::frame::Past;
 use scene::{Frame, Instance, Scene, SeenBy};
 
 /// Alignment of the parts of the buffer.
@@ -52,23 +53,34 @@ fn mask(seen_by: SeenBy) -> u8 {
 
 impl GpuScene {
     /// Shows a moment: records what follows from where everything is. The frame fits the scene
-    /// ([`Frame::check`]).
+    /// ([`Frame::check`]); `size` is that of the picture.
     ///
     /// # Errors
     /// When it is larger than the device allows, or there is no memory.
-    pub fn record_moment(&mut self, recording: &mut Recording, frame: &Frame) -> Result<(), Error> {
-        let posed = match &mut self.poses {
+    pub fn record_moment(
+        &mut self,
+        recording: &mut Recording,
+        frame: &Frame,
+        size: [u32; 2],
+    ) -> Result<(), Error> {
+        // Instances as they are, then those that moved as they were.
+        let were = as_they_were(frame);
+        let shown: Vec<&Instance> = frame.instances.iter().chain(&were).collect();
+        let mut posed = match &mut self.poses {
             Some(poses) => {
-                let posed = poses.record(recording, &frame.instances)?;
+                let posed = poses.record(recording, &shown)?;
                 self.data.posed_corners = poses.corners();
                 posed
             }
-            None => vec![None; frame.instances.len()],
+            None => vec![None; shown.len()],
         };
+        let posed_before = posed.split_off(frame.instances.len());
+        let pasts = self.pasts(frame, &posed_before);
         let mut placed = self.placed(frame, &posed);
         let loose = self.record_loose(recording, &frame.loose, frame.instances.len())?;
         let moving = MovingLights::new(&self.scene, frame);
-        self.record_arrays(recording, frame, &posed, &moving)?;
+        self.tell_view_before(frame, size);
+        self.record_arrays(recording, frame, &posed, &pasts, &moving)?;
         placed.extend(loose);
         if placed.len() > self.tlas.capacity() as usize {
             let device = recording.device().clone();
@@ -104,6 +116,7 @@ impl GpuScene {
         recording: &mut Recording,
         frame: &Frame,
         posed: &[Option<Posed>],
+        pasts: &[abi::Past],
         moving: &MovingLights,
     ) -> Result<(), Error> {
         let scene = self.scene.clone();
@@ -150,6 +163,7 @@ impl GpuScene {
         let places = [
             arrays.add(&instances),
             arrays.add(&figures),
+            arrays.add(pasts),
             arrays.add(&lights),
             arrays.add(&light_styles),
             arrays.add(&spheres),
@@ -166,6 +180,7 @@ impl GpuScene {
         let [
             instances,
             figures,
+            pasts,
             lights,
             light_styles,
             spheres,
@@ -174,6 +189,7 @@ impl GpuScene {
         self.data = abi::SceneData {
             instances,
             figures,
+            pasts,
             lights,
             light_styles,
             moving_spheres: spheres,
@@ -216,6 +232,51 @@ impl GpuScene {
             alpha_base,
             source_offset: source_start.wrapping_sub(part.triangle_base),
             ..placement(&instance.transform)
+        }
+    }
+
+    /// Where the instances of a frame were, and the loose triangles behind them, as shaders read it;
+    /// `posed` has those that moved. Empty if there was no picture before.
+    fn pasts(&self, frame: &Frame, posed: &[Option<Posed>]) -> Vec<abi::Past> {
+        let Some(before) = &frame.before else {
+            return Vec::new();
+        };
+        let mut posed = posed.iter();
+        let past = |(instance, past): (&Instance, &Option<Past>)| {
+            let (Some(past), Some(posed)) = (past, past.and_then(|_| posed.next())) else {
+                return abi::Past::default();
+            };
+            let abi::Instance {
+                row0, row1, row2, ..
+            } = placement(&past.transform);
+            let part = &self.parts[instance.mesh];
+            abi::Past {
+                row0,
+                row1,
+                row2,
+                posed: (posed.as_ref()).map_or(0, |p| p.first.wrapping_sub(part.triangle_base)),
+                flags: abi::PAST_MOVED | posed.as_ref().map_or(0, |_| abi::PAST_POSED),
+                padding: [0; 2],
+            }
+        };
+        let mut all: Vec<abi::Past> = (frame.instances.iter().zip(&before.instances))
+            .map(past)
+            .collect();
+        all.push(abi::Past::default());
+        all
+    }
+
+    /// Says how the picture before was seen.
+    fn tell_view_before(&mut self, frame: &Frame, [width, height]: [u32; 2]) {
+        self.data.has_before = u32::from(frame.before.is_some());
+        if let Some(before) = &frame.before {
+            let view = before.camera.view_basis(width, height);
+            let axes = [view.origin, view.forward, view.right, view.up];
+            let [origin, forward, right, up] = axes.map(|v| v.as_vec3().to_array());
+            self.data.before_origin = origin;
+            self.data.before_forward = forward;
+            self.data.before_right = right;
+            self.data.before_up = up;
         }
     }
 
@@ -294,8 +355,27 @@ impl GpuScene {
             loose: scene::Mesh::default(),
             lights: Vec::new(),
             styles: scene.brightness.clone(),
+            before: None,
         }
     }
+}
+
+/// The instances of a frame that moved, as they were in the picture before.
+fn as_they_were(frame: &Frame) -> Vec<Instance> {
+    let Some(before) = &frame.before else {
+        return Vec::new();
+    };
+    let pairs = frame.instances.iter().zip(&before.instances);
+    pairs
+        .filter_map(|(instance, past)| {
+            let Past { transform, pose } = (*past)?;
+            Some(Instance {
+                transform,
+                pose,
+                ..instance.clone()
+            })
+        })
+        .collect()
 }
 
 /// By instance, the probability with which light sampling chooses it.

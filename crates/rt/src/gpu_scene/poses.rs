@@ -165,7 +165,7 @@ impl Poses {
     pub fn record(
         &mut self,
         recording: &mut Recording,
-        instances: &[Instance],
+        instances: &[&Instance],
     ) -> Result<Vec<Option<Posed>>, Error> {
         // Slots by what they show; of those that nothing wants, which have the right mesh.
         let mut shown: HashMap<Key, usize> = HashMap::new();

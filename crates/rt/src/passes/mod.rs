@@ -35,7 +35,8 @@ pub(crate) fn record_frame(
     frame: &Frame<'_>,
 ) -> Result<(), Error> {
     if let Some(moment) = frame.moment {
-        scene.record_moment(recording, moment)?;
+        let size = [frame.settings.width, frame.settings.height];
+        scene.record_moment(recording, moment, size)?;
         path_trace.follow(scene)?;
     }
     recording.span("path trace", |r| {

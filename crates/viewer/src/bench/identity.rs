@@ -112,6 +112,7 @@ pub fn level_hash(scene: &Scene) -> String {
         pose,
         material,
         seen_by,
+        id: _,
     } in instances
     {
         h.int(*mesh as u64).floats(transform.to_cols_array());

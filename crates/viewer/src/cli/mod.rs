@@ -249,9 +249,9 @@ mod tests {
             assert_eq!(error.exit_code(), 2);
             assert!(error.to_string().contains(option), "{error}");
         }
-        let error = fails(&["render", "--layers", "albedo,motion"]).to_string();
+        let error = fails(&["render", "--layers", "albedo,shadow"]).to_string();
         assert!(
-            error.contains("\"motion\"") && error.contains("indirect"),
+            error.contains("\"shadow\"") && error.contains("indirect"),
             "{error}"
         );
     }

@@ -41,9 +41,10 @@ pub struct Render {
 #[derive(Clone, Debug, Args)]
 pub struct PictureArgs {
     /// Layers of the EXR besides beauty, separated by commas: albedo, normal, depth, position,
-    /// emission, direct, indirect, variance, samples, id; or all. Besides, style: light by light style
-    /// at brightness 1, as style.N, so that a picture can be relit: it is the sum over brightness
-    /// times style.N, with the brightnesses of the attribute runelight:styles
+    /// emission, direct, indirect, motion (pixels to where it was in the frame before), variance,
+    /// samples, id; or all. Besides, style: light by light style at brightness 1, as style.N, so that
+    /// a picture can be relit: it is the sum over brightness times style.N, with the brightnesses of
+    /// the attribute runelight:styles
     #[arg(
         long,
         value_name = "LIST",

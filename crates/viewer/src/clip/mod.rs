@@ -21,11 +21,12 @@ use crate::cmd::Context;
 use crate::device::Device;
 use crate::job::{self, AnyRenderer, Goal, Stopped};
 use crate::level::{Source, sha256};
-use crate::output::Note;
+use crate::output::{Layer, Note};
 use crate::progress::Progress;
 use crate::{Outcome, Usage, demo, interrupt, shot};
 use anyhow::{Context as _, Result, bail};
 use report::{Record, Summary, Told};
+use scene::Frame;
 use scene::render::{Counters, Settings};
 use scene::timeline::{State, Timeline, Unseen};
 use serde_json::{Map, Value};
@@ -278,6 +279,19 @@ impl Clip<'_> {
         Ok(Outcome::Done)
     }
 
+    /// A moment at `time` that knows where all was a frame before, if that is asked for and the level was
+    /// there.
+    fn followed(&self, mut shown: Frame, time: f64, stage: &Stage) -> Result<Frame> {
+        let timeline = self.timeline();
+        let before = time - 1.0 / self.steps.fps.value();
+        let is_asked = self.picture().layers.0.contains(&Layer::Motion);
+        if is_asked && before >= timeline.levels()[stage.index].span.0 {
+            let state = self.show.state(before, stage.index)?;
+            shown.follow(&stage.frame(&state, timeline)?);
+        }
+        Ok(shown)
+    }
+
     /// What a frame notes besides what every picture does.
     fn notes(
         &self,
@@ -414,15 +428,16 @@ impl Run<'_> {
         let time = clip.steps.time(frame);
         let seed = frame_seed(clip.picture().seed, frame);
         let state = clip.show.state(time, stage.index)?;
-        let shown = stage.frame(&state, timeline)?;
+        let shown = clip.followed(stage.frame(&state, timeline)?, time, stage)?;
         renderer.show(&shown)?;
         renderer.restart(seed)?;
         let prepared = Instant::now();
 
         let open = clip.args.clip.shutter / clip.steps.fps.value();
         let moment = |share: f64| {
-            let state = clip.show.state(time + share * open, stage.index)?;
-            stage.frame(&state, timeline)
+            let time = time + share * open;
+            let state = clip.show.state(time, stage.index)?;
+            clip.followed(stage.frame(&state, timeline)?, time, stage)
         };
         let mut shutter = Shutter::new(&mut **renderer, &moment, seed);
         let renderer: &mut dyn AnyRenderer = if open > 0.0 {

@@ -36,6 +36,9 @@ pub(super) fn encode_film(film: &Film, style: &Style) -> Result<Vec<u8>> {
             Plane::Rgb(values) => (0..3)
                 .map(|c| floats(values.iter().map(|p| p[c]), half))
                 .collect(),
+            Plane::Xy(values) => (0..2)
+                .map(|c| floats(values.iter().map(|p| p[c]), half))
+                .collect(),
             Plane::Float(values) => vec![floats(values.iter().copied(), half)],
             Plane::Uint(values) => vec![FlatSamples::U32(values.to_vec())],
             Plane::Constant(value) => vec![FlatSamples::U32(vec![value; film.beauty.len()])],

@@ -21,6 +21,8 @@ pub enum Layer {
     Direct,
     /// Light that was reflected more than once.
     Indirect,
+    /// Pixels to where the first hit was in the picture before.
+    Motion,
     /// Variance of the mean radiance.
     Variance,
     /// Samples behind the pixel.
@@ -36,6 +38,8 @@ pub enum Layer {
 pub enum Plane<'a> {
     /// Three floats a pixel.
     Rgb(&'a [[f32; 3]]),
+    /// Two floats a pixel.
+    Xy(&'a [[f32; 2]]),
     /// One float a pixel.
     Float(&'a [f32]),
     /// One whole number a pixel.
@@ -48,7 +52,7 @@ pub enum Plane<'a> {
 
 impl Layer {
     /// All layers in the order of the help text.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Beauty,
         Self::Albedo,
         Self::Normal,
@@ -57,6 +61,7 @@ impl Layer {
         Self::Emission,
         Self::Direct,
         Self::Indirect,
+        Self::Motion,
         Self::Variance,
         Self::Samples,
         Self::Id,
@@ -75,6 +80,7 @@ impl Layer {
             Self::Emission => "emission",
             Self::Direct => "direct",
             Self::Indirect => "indirect",
+            Self::Motion => "motion",
             Self::Variance => "variance",
             Self::Samples => "samples",
             Self::Id => "id",
@@ -93,6 +99,7 @@ impl Layer {
                 &["R", "G", "B"]
             }
             Self::Normal | Self::Position => &["X", "Y", "Z"],
+            Self::Motion => &["X", "Y"],
             Self::Depth => &["Z"],
             Self::Samples | Self::Id => &["V"],
             Self::Style => &[],
@@ -104,13 +111,13 @@ impl Layer {
     }
 
     /// Whether half precision is enough for this layer when colours are asked for in half.
-    /// Positions, depths and numbers stay 32 bits wide, and so does the variance, whose values
+    /// Positions, depths, motions and numbers stay 32 bits wide, and so does the variance, whose values
     /// are often below the smallest half.
     #[must_use]
     pub fn may_be_half(self) -> bool {
         !matches!(
             self,
-            Self::Depth | Self::Position | Self::Variance | Self::Samples | Self::Id
+            Self::Depth | Self::Position | Self::Motion | Self::Variance | Self::Samples | Self::Id
         )
     }
 
@@ -135,6 +142,7 @@ impl Layer {
             Self::Emission => Plane::Rgb(&film.emission),
             Self::Direct => Plane::Rgb(&film.direct),
             Self::Indirect => Plane::Rgb(&film.indirect),
+            Self::Motion => Plane::Xy(&film.motion),
             Self::Variance => Plane::Rgb(&film.variance),
             Self::Samples => Plane::Constant(film.samples),
             Self::Id => Plane::Uint(&film.id),

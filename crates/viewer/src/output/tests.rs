@@ -21,6 +21,7 @@ fn film(width: u32, height: u32) -> Film {
         albedo: rgb(0.01),
         normal: rgb(-0.1),
         position: rgb(33.3),
+        motion: (0..n).map(|i| [i as f32, -0.123]).collect(),
         depth: (0..n).map(|i| 1234.567 + i as f32).collect(),
         id: (0..n as u32).map(|i| i * 100_000).collect(),
         styles: [0, 33]
@@ -68,6 +69,7 @@ fn every_layer_of_an_exr_comes_back_as_it_was() {
             assert_eq!((read.width, read.height), (7, 5));
             let expected: Vec<[f32; 3]> = match layer.plane(&film) {
                 Plane::Rgb(v) => v.to_vec(),
+                Plane::Xy(v) => v.iter().map(|&[x, y]| [x, y, y]).collect(),
                 Plane::Float(v) => v.iter().map(|&x| [x; 3]).collect(),
                 Plane::Uint(v) => v.iter().map(|&x| [x as f32; 3]).collect(),
                 Plane::Constant(v) => vec![[v as f32; 3]; 35],
@@ -97,9 +99,9 @@ fn every_layer_of_an_exr_comes_back_as_it_was() {
             }
         }
     }
-    let error = format!("{:#}", picture::read(&path, "motion").unwrap_err());
+    let error = format!("{:#}", picture::read(&path, "shadow").unwrap_err());
     assert!(
-        error.contains("no layer \"motion\"") && error.contains("indirect"),
+        error.contains("no layer \"shadow\"") && error.contains("indirect"),
         "{error}"
     );
 }

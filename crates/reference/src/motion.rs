@@ -1,0 +1,70 @@
+//! Where what is seen was in the picture before.
+
+use crate::world::{SurfacePoint, World};
+use glam::{DMat3, DVec2, DVec3};
+use scene::camera::ViewBasis;
+use scene::frame::{Before, Past};
+use scene::{Frame, Surface, Triangle};
+
+/// Two pictures, one after the other.
+#[derive(Debug)]
+pub(crate) struct Seen {
+    now: ViewBasis,
+    then: ViewBasis,
+    /// By instance of the frame, where it was if it moved.
+    instances: Vec<Option<Past>>,
+}
+
+impl Seen {
+    /// What a frame says of the picture before, seen as pictures of this size.
+    pub fn new(frame: &Frame, [width, height]: [u32; 2]) -> Option<Self> {
+        let Before { camera, instances } = frame.before.as_deref()?;
+        Some(Self {
+            now: frame.camera.view_basis(width, height),
+            then: camera.view_basis(width, height),
+            instances: instances.clone(),
+        })
+    }
+}
+
+impl World {
+    /// How far the picture before has a point beside where it is now, on the image plane. The sky is
+    /// infinitely far: it moves with the camera's direction alone.
+    pub fn motion(&self, point: &SurfacePoint<'_>, direction: DVec3) -> DVec2 {
+        let Some(seen) = &self.before else {
+            return DVec2::ZERO;
+        };
+        let [now, then] = if point.material.surface == Surface::Sky {
+            [direction; 2]
+        } else {
+            let past = seen.instances.get(point.place.part as usize);
+            let was = past.and_then(|past| Some(self.position_before(point, past.as_ref()?)));
+            let then = was.unwrap_or(point.position) - seen.then.origin;
+            [point.position - seen.now.origin, then]
+        };
+        match (seen.now.project(now), seen.then.project(then)) {
+            (Some(now), Some(then)) => then - now,
+            _ => DVec2::ZERO,
+        }
+    }
+
+    /// Where a point of an instance was.
+    fn position_before(&self, point: &SurfacePoint<'_>, past: &Past) -> DVec3 {
+        let part = &self.parts[point.place.part as usize];
+        let instance = &self.shown[point.place.part as usize - 1];
+        let mesh = &self.scene.meshes[instance.mesh];
+        let number = part.triangles[point.place.slot as usize];
+        let triangle: &Triangle = &mesh.triangles[number as usize];
+        let matrix = past.transform.matrix3;
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|c| c.as_dvec3());
+        let translation = past.transform.translation.as_dvec3();
+        (triangle.vertices.iter().zip(point.weights))
+            .map(|(&vertex, weight)| {
+                let local = mesh.vertex(past.pose, vertex).as_dvec3();
+                let placed = DMat3::from_cols(x, y, z) * local + translation;
+                // Rounded as those of now are.
+                placed.as_vec3().as_dvec3() * weight
+            })
+            .sum()
+    }
+}
