@@ -1,6 +1,6 @@
 //! Compiles `shaders/` to SPIR-V in `OUT_DIR`, with compilers that come as crates.
 //!
-//! Screen-space passes (`.comp`) go through naga, in pure Rust. Ray-tracing stages go through the
+//! Screen-space passes (`.comp`, `.vert`, `.frag`) go through naga, in pure Rust. Ray-tracing stages go through the
 //! bundled glslang: naga's GLSL front end has no ray-tracing stages, buffer references or scalar
 //! layout.
 

@@ -63,6 +63,11 @@ fn rooms_do_not_know_what_they_must_not() {
         "lightstyle",
     ];
     assert_absent("crates/rt/src", &quake, "the GPU room knows no Quake");
+    assert_absent(
+        "crates/rt/src",
+        &["egui", "winit"],
+        "the GPU room draws triangles, whoever makes them, on whatever window",
+    );
     let vulkan = ["ash", "vk", "rt"];
     assert_absent(
         "crates/reference/src",

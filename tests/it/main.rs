@@ -13,6 +13,9 @@ mod lighting;
 mod luxels;
 mod parity;
 mod reference;
+mod screen;
+mod viewer;
+mod window;
 
 /// A file of tests, once for each renderer.
 macro_rules! on_both_renderers {

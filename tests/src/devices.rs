@@ -36,8 +36,11 @@ pub fn gpu() -> &'static Gpu {
 #[must_use]
 pub fn gpu_alone() -> Gpu {
     let wanted = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
-    let opened = Vulkan::new(Options { validation: true })
-        .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
+    let opened = Vulkan::new(Options {
+        validation: true,
+        ..Options::default()
+    })
+    .and_then(|vulkan| Ok((vulkan.devices()?, vulkan)));
     let (devices, vulkan) = opened.unwrap_or_else(|e| {
         panic!("{e}: `cargo xtask test` installs or names what Vulkan tests need")
     });

@@ -10,11 +10,18 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Packages that hold the Vulkan loader, the software driver and the validation layer.
-const PACKAGES: [&str; 3] = [
+/// Packages that hold the Vulkan loader, the software driver and the validation layer; a display that
+/// nobody sees, and what windows on it need.
+const PACKAGES: [&str; 9] = [
     "mesa-vulkan-drivers",
     "libvulkan1",
     "vulkan-validationlayers",
+    "xvfb",
+    "libx11-6",
+    "libx11-xcb1",
+    "libxcursor1",
+    "libxi6",
+    "libxkbcommon-x11-0",
 ];
 
 /// Where apt finds a new enough Mesa on Debian 12.
@@ -44,7 +51,7 @@ pub fn run(arguments: &[String]) -> Result<(), Box<dyn Error>> {
 }
 
 fn prepare() -> Result<(), Box<dyn Error>> {
-    if has_validation_layer() && has_software_driver() {
+    if has_validation_layer() && has_software_driver() && has_display() {
         return Ok(());
     }
     let os = fs::read_to_string("/etc/os-release").unwrap_or_default();
@@ -58,7 +65,7 @@ fn prepare() -> Result<(), Box<dyn Error>> {
     if !debian || !is_root() {
         return Err(format!(
             "the Vulkan tests need Mesa's software driver (lavapipe, Mesa {}.{} or newer), the \
-             Vulkan loader 1.3 and the Khronos validation layer; on Debian and Ubuntu the packages \
+             Vulkan loader 1.3 and the Khronos validation layer, and a virtual display (Xvfb); on Debian and Ubuntu the packages \
              are {}{}. Run this command again as root there, or install them and run it again",
             MESA.0,
             MESA.1,
@@ -82,11 +89,11 @@ fn prepare() -> Result<(), Box<dyn Error>> {
         install.extend(["-t", "bookworm-backports"]);
     }
     apt(install.into_iter().chain(PACKAGES))?;
-    if has_validation_layer() && has_software_driver() {
+    if has_validation_layer() && has_software_driver() && has_display() {
         return Ok(());
     }
     let (major, minor) = MESA;
-    Err(format!("after installing, there is still no software driver of Mesa {major}.{minor} or newer with a validation layer").into())
+    Err(format!("after installing, there is still no software driver of Mesa {major}.{minor} or newer with a validation layer, or no Xvfb").into())
 }
 
 fn apt<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Result<(), Box<dyn Error>> {
@@ -119,6 +126,27 @@ fn has_validation_layer() -> bool {
             .join("VkLayer_khronos_validation.json")
             .exists()
     })
+}
+
+/// Whether there is a display that nobody sees, and the libraries that windows load on it.
+fn has_display() -> bool {
+    let libraries = [
+        "libX11.so.6",
+        "libX11-xcb.so.1",
+        "libXcursor.so.1",
+        "libXi.so.6",
+        "libxkbcommon-x11.so.0",
+    ];
+    let known = Command::new("ldconfig").arg("-p").output();
+    // Without a list the window's test says what is missing.
+    let known = known.map_or(None, |o| o.status.success().then_some(o.stdout));
+    let known = known.map(|list| String::from_utf8_lossy(&list).into_owned());
+    let has = |name: &&str| known.as_ref().is_none_or(|list| list.contains(*name));
+    let starts = Command::new("Xvfb")
+        .arg("-version")
+        .stderr(Stdio::null())
+        .status();
+    starts.is_ok() && libraries.iter().all(has)
 }
 
 /// Whether Mesa's software driver is there and new enough, by the packages' version.

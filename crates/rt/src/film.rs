@@ -74,6 +74,11 @@ impl GpuFilm {
         Ok(film)
     }
 
+    /// Pixels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
     /// What samples are clamped to: nothing where light is summed by styles.
     pub fn clamp_of(settings: &Settings, by_styles: bool) -> Option<f32> {
         settings.clamp.filter(|_| !by_styles)
@@ -93,10 +98,31 @@ impl GpuFilm {
     /// When a call fails.
     pub fn clear(&self) -> Result<(), Error> {
         let mut recording = Recording::begin(self.sums.device())?;
-        recording.clear(&self.sums);
-        recording.clear(&self.counters);
+        self.record_clear(&mut recording);
         recording.submit_and_wait()?;
         Ok(())
+    }
+
+    /// Records that the film is empty from here on.
+    pub fn record_clear(&self, recording: &mut Recording) {
+        recording.clear(&self.sums);
+        recording.clear(&self.counters);
+    }
+
+    /// Rays that were traced for the film so far.
+    ///
+    /// # Errors
+    /// When a call fails or there is no memory.
+    pub fn rays(&self) -> Result<u64, Error> {
+        let device = self.sums.device();
+        let size = self.counters.size();
+        let host = Buffer::new(device, "counters", size, Usage::empty(), Location::ReadBack)?;
+        let mut recording = Recording::begin(device)?;
+        recording.copy(&self.counters, &host, (0, 0), size);
+        recording.submit_and_wait()?;
+        let counted: abi::Counters =
+            *bytemuck::from_bytes(&host.read()?[..size_of::<abi::Counters>()]);
+        Ok(wide(counted.rays))
     }
 
     /// Reads the film back and turns sums into means.
@@ -185,7 +211,6 @@ impl GpuFilm {
         }
         let used = size_of::<abi::Counters>();
         let counted: abi::Counters = *bytemuck::from_bytes(&counters.read()?[..used]);
-        let wide = |[low, high]: abi::uvec2| u64::from(high) << 32 | u64::from(low);
         film.counters = Counters {
             paths: taken,
             rays: wide(counted.rays),
@@ -209,4 +234,9 @@ impl GpuFilm {
         }
         Ok(film)
     }
+}
+
+/// A number of two words.
+fn wide([low, high]: abi::uvec2) -> u64 {
+    u64::from(high) << 32 | u64::from(low)
 }

@@ -12,7 +12,7 @@ use crate::vk::{
 };
 use scene::render::{Film, Renderer, Settings};
 use scene::{Frame as Moment, Scene};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Vulkan on this machine, opened once: loading the drivers takes a tenth of a second.
 #[derive(Clone)]
@@ -69,6 +69,16 @@ impl Gpu {
         self.device.info()
     }
 
+    /// Bytes of device memory that are allocated on it.
+    #[must_use]
+    pub fn allocated_bytes(&self) -> u64 {
+        self.device.allocated_bytes()
+    }
+
+    pub(crate) fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
     /// What the validation layer has said so far; empty without validation.
     #[must_use]
     pub fn validation_messages(&self) -> Vec<String> {
@@ -89,6 +99,8 @@ pub struct PathTracer {
     /// That for cameras of the other kind, with a lens or without, once there was one.
     other_path_trace: Option<PathTrace>,
     settings: Settings,
+    /// Whether the film is to be emptied before the next samples.
+    is_stale: bool,
     /// What is shown from the next samples on.
     moment: Option<Moment>,
     /// What the device works on, with its samples per pixel: the host prepares what comes next.
@@ -99,6 +111,8 @@ pub struct PathTracer {
     /// GPU times since they were asked for.
     timings: Vec<Timing>,
     upload_timings: Vec<Timing>,
+    /// Made when a picture is asked for the first time.
+    tonemap: OnceLock<Tonemap>,
 }
 
 /// Timings that are kept, at most: whoever does not ask for them does not pay for them.
@@ -123,12 +137,14 @@ impl PathTracer {
             path_trace,
             other_path_trace: None,
             settings,
+            is_stale: false,
             moment: None,
             running: None,
             sample_ms: 0.0,
             trace_ms: 0.0,
             timings: Vec::new(),
             upload_timings,
+            tonemap: OnceLock::new(),
         })
     }
 
@@ -179,8 +195,73 @@ impl PathTracer {
     pub fn clear(&mut self) -> Result<(), Error> {
         self.wait()?;
         self.film.clear()?;
+        self.is_stale = false;
         self.trace_ms = 0.0;
         Ok(())
+    }
+
+    /// Begins a new picture of the same scene with other settings: an empty film. Only what they change
+    /// is made anew.
+    ///
+    /// # Errors
+    /// When there is no memory, or a call fails.
+    pub fn set(&mut self, settings: &Settings) -> Result<(), Error> {
+        let same_film = self.film.size() == [settings.width, settings.height]
+            && self.settings.aovs == settings.aovs
+            && self.settings.clamp.is_some() == settings.clamp.is_some();
+        if !self.path_trace.serves(&self.scene, settings) {
+            let kind = Kind::PathTrace;
+            self.path_trace = PathTrace::new(&self.device, &self.scene, settings, kind, None)?;
+            // It was made for the old settings.
+            self.other_path_trace = None;
+        }
+        if same_film {
+            // With the next samples: nobody waits for what the device still does.
+            self.is_stale = true;
+        } else {
+            let styles = std::mem::take(&mut self.film.styles);
+            self.film = GpuFilm::new(&self.device, settings, &styles)?;
+            self.is_stale = false;
+        }
+        self.settings.clone_from(settings);
+        self.trace_ms = 0.0;
+        Ok(())
+    }
+
+    /// Whether the device still works on the samples asked for last. What it has done is settled.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn is_busy(&mut self) -> Result<bool, Error> {
+        match &self.running {
+            None => Ok(false),
+            Some((submission, _)) if !submission.is_done()? => Ok(true),
+            Some(_) => self.wait().map(|()| false),
+        }
+    }
+
+    /// GPU time of one sample per pixel in milliseconds, of the samples that were timed last; 0 before
+    /// the first, and on devices without timestamps.
+    #[must_use]
+    pub fn sample_ms(&self) -> f64 {
+        self.sample_ms
+    }
+
+    /// Waits for the device; then the rays of the film so far. Costs less than the film itself.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn rays(&mut self) -> Result<u64, Error> {
+        self.wait()?;
+        if self.is_stale {
+            return Ok(0);
+        }
+        self.film.rays()
+    }
+
+    /// The film as display passes read it.
+    pub(crate) fn gpu_film(&self) -> &GpuFilm {
+        &self.film
     }
 
     /// Samples per pixel that one submission should take. The film does not depend on how samples
@@ -195,6 +276,9 @@ impl PathTracer {
 
     fn submit(&mut self, samples: Samples) -> Result<(), Error> {
         let mut recording = Recording::begin(&self.device)?;
+        if std::mem::take(&mut self.is_stale) {
+            self.film.record_clear(&mut recording);
+        }
         let taken = samples.mean();
         let moment = self.moment.take();
         let frame = Frame {
@@ -241,8 +325,14 @@ impl PathTracer {
     /// # Errors
     /// When the film is larger than one buffer of the device, or a call fails.
     pub fn display(&self, curve: ToneCurve, ev: f32) -> Result<Vec<[u8; 4]>, Error> {
-        let size = [self.settings.width, self.settings.height];
-        Tonemap::new(&self.device)?.run(&self.film, size, curve, ev)
+        let tonemap = match self.tonemap.get() {
+            Some(made) => made,
+            None => {
+                let made = Tonemap::new(&self.device)?;
+                self.tonemap.get_or_init(|| made)
+            }
+        };
+        tonemap.run(&self.film, curve, ev)
     }
 
     /// [`Self::display`] with the shader as glslang compiles it instead of naga, for the test that
@@ -256,8 +346,7 @@ impl PathTracer {
         curve: ToneCurve,
         ev: f32,
     ) -> Result<Vec<[u8; 4]>, Error> {
-        let size = [self.settings.width, self.settings.height];
-        Tonemap::from_other_compiler(&self.device)?.run(&self.film, size, curve, ev)
+        Tonemap::from_other_compiler(&self.device)?.run(&self.film, curve, ev)
     }
 }
 
@@ -321,6 +410,9 @@ impl Renderer for PathTracer {
 
     fn film(&mut self) -> Result<Film, Error> {
         self.wait()?;
+        if std::mem::take(&mut self.is_stale) {
+            self.film.clear()?;
+        }
         self.film.read_back()
     }
 }

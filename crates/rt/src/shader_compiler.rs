@@ -19,7 +19,7 @@ pub type Compiler = fn(&Path) -> Result<Vec<u32>, String>;
 pub fn compiler_for(path: &Path) -> Option<Compiler> {
     match path.extension()?.to_str()? {
         "rgen" | "rchit" | "rahit" | "rmiss" => Some(compile_with_glslang),
-        "comp" => Some(compile_with_naga),
+        "comp" | "vert" | "frag" => Some(compile_with_naga),
         _ => None,
     }
 }
@@ -102,7 +102,7 @@ pub fn compile_with_glslang(path: &Path) -> Result<Vec<u32>, String> {
     shader.compile().map_err(|e| name_lines(e.to_string()))
 }
 
-/// Compiles a compute stage with naga.
+/// Compiles a compute, vertex or fragment stage with naga.
 ///
 /// # Errors
 /// The compiler's messages, each with file and line.
@@ -110,7 +110,12 @@ pub fn compile_with_naga(path: &Path) -> Result<Vec<u32>, String> {
     use naga::back::spv;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     let expanded = expand(path)?;
-    let options = naga::front::glsl::Options::from(naga::ShaderStage::Compute);
+    let stage = match path.extension().and_then(|e| e.to_str()) {
+        Some("vert") => naga::ShaderStage::Vertex,
+        Some("frag") => naga::ShaderStage::Fragment,
+        _ => naga::ShaderStage::Compute,
+    };
+    let options = naga::front::glsl::Options::from(stage);
     let module = naga::front::glsl::Frontend::default()
         .parse(&options, &expanded.text)
         .map_err(|e| format!("{}: {}", path.display(), e.emit_to_string(&expanded.text)))?;

@@ -99,7 +99,7 @@ impl Sampler {
 }
 
 /// Everything a picture depends on besides the scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Pixels across, > 0.
     pub width: u32,

@@ -62,6 +62,36 @@ impl Device {
         }
     }
 
+    /// The device that `--device` names, opened to draw into windows: auto takes the best that there is,
+    /// software too.
+    ///
+    /// # Errors
+    /// As [`Self::choose`]; and the processor alone shows nothing.
+    pub fn for_window(wanted: &str, validation: bool) -> Result<(Self, rt::Gpu)> {
+        if wanted == CPU {
+            bail!(
+                "--device {CPU}: a window shows what a Vulkan device traces; `runelight render` \
+                 takes the processor"
+            );
+        }
+        let vulkan = rt::Vulkan::new(rt::Options {
+            validation,
+            windows: true,
+        })?;
+        let devices = vulkan.devices()?;
+        let software = || devices.iter().find(|d| d.is_usable());
+        let Some(info) = pick(wanted, &devices)?.or_else(software) else {
+            bail!("no Vulkan device here traces rays; `runelight devices` says what each lacks");
+        };
+        let gpu = vulkan.open(info.index)?;
+        let device = Self {
+            name: info.name.clone(),
+            driver: info.driver.clone(),
+            vulkan: Some((vulkan.clone(), info.index)),
+        };
+        Ok((device, gpu))
+    }
+
     /// Prepares the device for a scene.
     ///
     /// # Errors

@@ -8,9 +8,9 @@ use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
 use scene::import::{Cast, CastList, Files, ImportOptions, import_cast};
 use sha2::{Digest as _, Sha256};
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Where the game has its colours.
 const PALETTE: &str = "gfx/palette.lmp";
@@ -66,7 +66,7 @@ pub struct Loaded {
     palette: Palette,
     search: SearchPath,
     /// Digests of the files that were read, by name.
-    read: RefCell<BTreeMap<String, String>>,
+    read: Mutex<BTreeMap<String, String>>,
 }
 
 impl Source {
@@ -136,7 +136,7 @@ impl Source {
             level,
             palette,
             search: self.search,
-            read: RefCell::default(),
+            read: Mutex::default(),
         })
     }
 }
@@ -178,16 +178,20 @@ impl Loaded {
             }
             let bytes = self.search.read_optional(path).ok()??.bytes;
             let digest = sha256(&bytes);
-            self.read.borrow_mut().insert(path.to_owned(), digest);
+            self.read_so_far().insert(path.to_owned(), digest);
             Some(bytes)
         })
+    }
+
+    fn read_so_far(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A digest of the level and its companions, of the palette, and of all files that imports have read
     /// so far: equal digests, equal scenes.
     #[must_use]
     pub fn digest(&self) -> String {
-        let mut files = self.read.borrow().clone();
+        let mut files = self.read_so_far().clone();
         let map = format!("maps/{}.bsp", self.level.name);
         let beside = ["bsp", "lit", "lux", "ent", "vis"].map(|e| Path::new(&map).with_extension(e));
         let names = beside.iter().filter_map(|p| p.to_str());
@@ -217,7 +221,7 @@ fn bundled(search: SearchPath, limits: &Limits) -> Result<Loaded> {
         level: Level::from_bytes(&search, SAMPLE_NAME, SAMPLE.to_vec(), limits)?,
         palette: Palette::parse(SAMPLE_PALETTE)?,
         search,
-        read: RefCell::default(),
+        read: Mutex::default(),
     })
 }
 

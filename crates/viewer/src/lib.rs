@@ -19,6 +19,7 @@ pub mod picture;
 pub mod progress;
 mod shot;
 pub mod tonemap;
+pub mod view;
 
 use clap::{ColorChoice, CommandFactory as _, FromArgMatches as _};
 use std::io::IsTerminal as _;

@@ -54,11 +54,12 @@ fn test_data() -> Option<PathBuf> {
 }
 
 #[test]
-fn alone_it_prints_its_help() {
+fn its_help_names_the_commands() {
     let dir = tempfile::tempdir().unwrap();
-    let (code, out, err) = run(dir.path(), &[]);
+    let (code, out, err) = run(dir.path(), &["--help"]);
     assert_eq!((code, err.as_str()), (0, ""));
     for word in [
+        "view",
         "render",
         "info",
         "compare",
@@ -67,6 +68,27 @@ fn alone_it_prints_its_help() {
         "Exit codes",
     ] {
         assert!(out.contains(word), "no {word:?} in {out}");
+    }
+}
+
+#[test]
+fn without_a_display_the_window_says_so_and_points_at_render() {
+    let dir = tempfile::tempdir().unwrap();
+    for args in [&[][..], &["view"], &["view", "e1m1", "--fov", "100"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_runelight"))
+            .current_dir(dir.path())
+            .args(args)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {said}");
+        assert!(
+            said.contains("no display") && said.contains("`runelight render`"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
     }
 }
 

@@ -49,6 +49,7 @@ pub(crate) struct PathTrace {
     log: Option<RayLog>,
     /// Whether it is for cameras with a lens, or for pinholes.
     pub has_lens: bool,
+    specialization: Specialization,
 }
 
 /// What shaders are told of a camera without a lens, and do not read.
@@ -78,44 +79,7 @@ impl PathTrace {
         log: Option<RayLog>,
     ) -> Result<Self, Error> {
         let features = scene.features;
-        let specialization = Specialization(vec![
-            match settings.estimator {
-                Estimator::Naive => abi::ESTIMATOR_NAIVE,
-                Estimator::Uniform => abi::ESTIMATOR_UNIFORM,
-                Estimator::Nee => abi::ESTIMATOR_NEE,
-                Estimator::Mis => abi::ESTIMATOR_MIS,
-            },
-            scene.sky,
-            u32::from(features.emissive_surfaces),
-            u32::from(features.point_lights),
-            u32::from(features.liquids),
-            u32::from(features.instances),
-            u32::from(features.fences),
-            u32::from(settings.aovs),
-            u32::from(kind == Kind::LogRays),
-            match settings.selection {
-                Selection::Leaf if scene.has_cells && scene.has_tree => abi::SELECTION_LEAF,
-                Selection::Leaf | Selection::Tree if scene.has_tree => abi::SELECTION_TREE,
-                Selection::Power | Selection::Leaf | Selection::Tree => abi::SELECTION_POWER,
-                Selection::Uniform => abi::SELECTION_UNIFORM,
-            },
-            u32::from(features.translucent),
-            u32::from(features.suns),
-            u32::from(features.gloss),
-            u32::from(features.normal_maps),
-            u32::from(features.compiler_lights),
-            u32::from(features.baked_light),
-            settings.candidates.clamp(1, MOST_CANDIDATES),
-            u32::from(settings.sampler == Sampler::Sobol),
-            u32::from(features.style_layers),
-            u32::from(features.fog),
-            u32::from(features.poses),
-            u32::from(features.skins),
-            u32::from(features.masks),
-            u32::from(features.frames),
-            GpuFilm::clamp_of(settings, features.style_layers).map_or(0, f32::to_bits),
-            u32::from(settings.camera.lens.is_some()),
-        ]);
+        let specialization = Self::specialization(scene, settings, kind);
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
             Kind::TraceOnly => spirv!("trace_only.rgen"),
@@ -159,7 +123,56 @@ impl PathTrace {
             tlas: scene.tlas.clone(),
             log,
             has_lens: settings.camera.lens.is_some(),
+            specialization,
         })
+    }
+
+    /// What the shaders are specialized for: a pipeline serves all settings that give the same.
+    fn specialization(scene: &GpuScene, settings: &Settings, kind: Kind) -> Specialization {
+        let features = scene.features;
+        Specialization(vec![
+            match settings.estimator {
+                Estimator::Naive => abi::ESTIMATOR_NAIVE,
+                Estimator::Uniform => abi::ESTIMATOR_UNIFORM,
+                Estimator::Nee => abi::ESTIMATOR_NEE,
+                Estimator::Mis => abi::ESTIMATOR_MIS,
+            },
+            scene.sky,
+            u32::from(features.emissive_surfaces),
+            u32::from(features.point_lights),
+            u32::from(features.liquids),
+            u32::from(features.instances),
+            u32::from(features.fences),
+            u32::from(settings.aovs),
+            u32::from(kind == Kind::LogRays),
+            match settings.selection {
+                Selection::Leaf if scene.has_cells && scene.has_tree => abi::SELECTION_LEAF,
+                Selection::Leaf | Selection::Tree if scene.has_tree => abi::SELECTION_TREE,
+                Selection::Power | Selection::Leaf | Selection::Tree => abi::SELECTION_POWER,
+                Selection::Uniform => abi::SELECTION_UNIFORM,
+            },
+            u32::from(features.translucent),
+            u32::from(features.suns),
+            u32::from(features.gloss),
+            u32::from(features.normal_maps),
+            u32::from(features.compiler_lights),
+            u32::from(features.baked_light),
+            settings.candidates.clamp(1, MOST_CANDIDATES),
+            u32::from(settings.sampler == Sampler::Sobol),
+            u32::from(features.style_layers),
+            u32::from(features.fog),
+            u32::from(features.poses),
+            u32::from(features.skins),
+            u32::from(features.masks),
+            u32::from(features.frames),
+            GpuFilm::clamp_of(settings, features.style_layers).map_or(0, f32::to_bits),
+            u32::from(settings.camera.lens.is_some()),
+        ])
+    }
+
+    /// Whether the pipeline serves these settings.
+    pub fn serves(&self, scene: &GpuScene, settings: &Settings) -> bool {
+        Self::specialization(scene, settings, Kind::PathTrace) == self.specialization
     }
 
     /// Takes the scene's top-level structure where it has another than before.

@@ -51,38 +51,43 @@ impl Tonemap {
         Self::with_code(device, &spirv!("tonemap.comp.glslang"))
     }
 
-    /// Display codes of the film at an exposure of `ev` stops: RGB and 255, rows from the top.
-    pub fn run(
+    /// Records display codes of the film at an exposure of `ev` stops into `out`: RGB and 255, rows
+    /// from the top.
+    pub fn record(
         &self,
+        recording: &mut Recording,
         film: &GpuFilm,
-        size: [u32; 2],
+        out: &Arc<Buffer>,
         curve: ToneCurve,
         ev: f32,
-    ) -> Result<Vec<[u8; 4]>, Error> {
-        let device = film.sums.device();
+    ) -> Result<(), Error> {
+        let size = film.size();
         let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
-        let out = Buffer::new(
-            device,
-            "display",
-            bytes,
-            Usage::STORAGE_BUFFER,
-            Location::Device,
-        )?;
-        let host = Buffer::new(device, "display", bytes, Usage::empty(), Location::ReadBack)?;
         let params = Params {
             width: size[0],
             height: size[1],
             curve: curve as u32,
             gain: ev.exp2(),
         };
-        let mut recording = Recording::begin(device)?;
         recording.span("tone map", |r| {
             // The beauty plane is the film's first.
-            let buffers = [(&film.sums, 4 * bytes), (&out, bytes)];
+            let buffers = [(&film.sums, 4 * bytes), (out, bytes)];
             let groups = size.map(|n| n.div_ceil(8));
             self.pipeline
                 .record_dispatch(r, &buffers, bytemuck::bytes_of(&params), groups)
-        })?;
+        })
+    }
+
+    /// What [`Self::record`] makes, read back.
+    pub fn run(&self, film: &GpuFilm, curve: ToneCurve, ev: f32) -> Result<Vec<[u8; 4]>, Error> {
+        let device = film.sums.device();
+        let [width, height] = film.size();
+        let bytes = 4 * u64::from(width) * u64::from(height);
+        let make = |usage, location| Buffer::new(device, "display", bytes, usage, location);
+        let out = make(Usage::STORAGE_BUFFER, Location::Device)?;
+        let host = make(Usage::empty(), Location::ReadBack)?;
+        let mut recording = Recording::begin(device)?;
+        self.record(&mut recording, film, &out, curve, ev)?;
         recording.copy(&out, &host, (0, 0), bytes);
         recording.submit_and_wait()?;
         Ok(bytemuck::cast_slice(&host.read()?[..bytes as usize]).to_vec())

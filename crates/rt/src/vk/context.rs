@@ -1,7 +1,7 @@
 //! The Vulkan instance, its validation layer and what that says.
 
 use super::{Error, Named};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 
@@ -11,6 +11,9 @@ pub struct Options {
     /// Switch on the Khronos validation layer with synchronization validation. Opening fails if
     /// the layer is not installed.
     pub validation: bool,
+    /// Be able to draw into windows, as far as the system has any; opening does not fail where it has
+    /// none.
+    pub windows: bool,
 }
 
 type Messages = Mutex<Vec<String>>;
@@ -22,9 +25,20 @@ pub struct Instance {
     pub(super) debug_names: bool,
     // Boxed behind Arc so that its address, which the messenger holds, stays.
     messages: Arc<Messages>,
+    /// What windows are drawn through; `None` where the system has none, or nobody asked.
+    pub(super) surfaces: Option<khr::surface::Instance>,
     // The library must outlive everything that was loaded from it.
-    _entry: ash::Entry,
+    pub(super) entry: ash::Entry,
 }
+
+/// Of every window system there is one.
+const SURFACES: [&CStr; 5] = [
+    khr::xlib_surface::NAME,
+    khr::xcb_surface::NAME,
+    khr::wayland_surface::NAME,
+    khr::win32_surface::NAME,
+    ext::metal_surface::NAME,
+];
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -52,9 +66,11 @@ impl Instance {
         // SAFETY: a global command with valid parameters.
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .named("vkEnumerateInstanceExtensionProperties")?;
-        let has_debug_utils = extensions
-            .iter()
-            .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let known =
+            |name: &CStr| (extensions.iter()).any(|e| e.extension_name_as_c_str() == Ok(name));
+        let has_debug_utils = known(ext::debug_utils::NAME);
+        let has_windows =
+            options.windows && known(khr::surface::NAME) && SURFACES.into_iter().any(known);
         if options.validation {
             // SAFETY: a global command without parameters.
             let layers = unsafe { entry.enumerate_instance_layer_properties() }
@@ -74,14 +90,21 @@ impl Instance {
             .api_version(vk::API_VERSION_1_3);
         let layers = [VALIDATION_LAYER.as_ptr()];
         let debug_names = has_debug_utils || options.validation;
-        let names = [ext::debug_utils::NAME.as_ptr()];
+        let mut names = Vec::new();
+        if debug_names {
+            names.push(ext::debug_utils::NAME.as_ptr());
+        }
+        if has_windows {
+            names.push(khr::surface::NAME.as_ptr());
+            let there = SURFACES.into_iter().filter(|name| known(name));
+            names.extend(there.map(CStr::as_ptr));
+        }
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut validation =
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
-        let mut info = vk::InstanceCreateInfo::default().application_info(&application);
-        if debug_names {
-            info = info.enabled_extension_names(&names);
-        }
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_extension_names(&names);
         if options.validation {
             info = info.enabled_layer_names(&layers).push_next(&mut validation);
         }
@@ -116,10 +139,11 @@ impl Instance {
         };
         Ok(Arc::new(Self {
             messenger,
+            surfaces: has_windows.then(|| khr::surface::Instance::new(&entry, &raw)),
             raw,
             debug_names,
             messages,
-            _entry: entry,
+            entry,
         }))
     }
 

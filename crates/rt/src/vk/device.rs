@@ -87,6 +87,8 @@ pub struct Limits {
     pub max_storage_range: u32,
     /// Nanoseconds per timestamp tick; 0 if there are no timestamps.
     pub timestamp_period: f32,
+    /// Whether the queue draws triangles.
+    pub draws: bool,
 }
 
 const EXTENSIONS: [&CStr; 3] = [
@@ -102,6 +104,9 @@ pub struct Device {
     pub(super) raw: ash::Device,
     pub(super) accel: khr::acceleration_structure::Device,
     pub(super) ray_tracing: khr::ray_tracing_pipeline::Device,
+    /// What shows pictures in windows; `None` where the instance knows none or the device can't.
+    pub(super) swapchain: Option<khr::swapchain::Device>,
+    pub(super) physical: vk::PhysicalDevice,
     debug: Option<ext::debug_utils::Device>,
     info: DeviceInfo,
     limits: Limits,
@@ -134,6 +139,8 @@ impl Features {
         visit("hostQueryReset", &mut self.v12.host_query_reset);
         visit("synchronization2", &mut self.v13.synchronization2);
         visit("maintenance4", &mut self.v13.maintenance4);
+        // Every device of Vulkan 1.3 has it.
+        visit("dynamicRendering", &mut self.v13.dynamic_rendering);
         visit(
             "accelerationStructure",
             &mut self.accel.acceleration_structure,
@@ -265,9 +272,20 @@ impl Instance {
             self.raw
                 .get_physical_device_queue_family_properties(physical)
         };
-        let computes =
-            |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
-        families.iter().position(computes).map(|i| i as u32)
+        // One that draws too, if there is any: windows need it, and it is as fast.
+        let both = vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS;
+        let with = |flags| (families.iter()).position(|f| f.queue_flags.contains(flags));
+        with(both)
+            .or_else(|| with(vk::QueueFlags::COMPUTE))
+            .map(|i| i as u32)
+    }
+
+    /// Whether a device has an extension.
+    fn device_knows(&self, physical: vk::PhysicalDevice, name: &CStr) -> Result<bool, Error> {
+        // SAFETY: a plain query of a physical device of this instance.
+        let known = unsafe { self.raw.enumerate_device_extension_properties(physical) }
+            .named("vkEnumerateDeviceExtensionProperties")?;
+        Ok((known.iter()).any(|e| e.extension_name_as_c_str() == Ok(name)))
     }
 }
 
@@ -302,7 +320,12 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(family)
             .queue_priorities(&[1.0])];
-        let names = EXTENSIONS.map(CStr::as_ptr);
+        let mut names = EXTENSIONS.map(CStr::as_ptr).to_vec();
+        let shows =
+            instance.surfaces.is_some() && instance.device_knows(physical, khr::swapchain::NAME)?;
+        if shows {
+            names.push(khr::swapchain::NAME.as_ptr());
+        }
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&names)
@@ -333,6 +356,8 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             ray_tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
+            swapchain: shows.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
+            physical,
             debug: instance
                 .debug_names
                 .then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
@@ -389,9 +414,8 @@ impl Instance {
                 .get_physical_device_queue_family_properties(physical)
         };
         let base = two.properties.limits;
-        let has_timestamps = families
-            .get(family as usize)
-            .is_some_and(|f| f.timestamp_valid_bits > 0);
+        let family = families.get(family as usize);
+        let has_timestamps = family.is_some_and(|f| f.timestamp_valid_bits > 0);
         Limits {
             group_handle_size: rt.shader_group_handle_size,
             group_handle_alignment: rt.shader_group_handle_alignment,
@@ -410,6 +434,7 @@ impl Instance {
             } else {
                 0.0
             },
+            draws: family.is_some_and(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS)),
         }
     }
 }

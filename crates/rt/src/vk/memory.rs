@@ -232,6 +232,26 @@ impl Image {
         width: u32,
         height: u32,
     ) -> Result<Arc<Self>, Error> {
+        let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+        Self::with_usage(device, name, width, height, usage)
+    }
+
+    /// Makes an image that is drawn on and copied from, of the same format.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn to_draw_on(device: &Arc<Device>, width: u32, height: u32) -> Result<Arc<Self>, Error> {
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+        Self::with_usage(device, "off-screen", width, height, usage)
+    }
+
+    fn with_usage(
+        device: &Arc<Device>,
+        name: &str,
+        width: u32,
+        height: u32,
+        usage: vk::ImageUsageFlags,
+    ) -> Result<Arc<Self>, Error> {
         let allowed = device.limits().max_image_size;
         if width.max(height) > allowed {
             return Err(Error::Limit {
@@ -252,7 +272,7 @@ impl Image {
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
-            .usage(vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST);
+            .usage(usage);
         // SAFETY: as in `Buffer::unshared`.
         let raw = unsafe { device.raw.create_image(&info, None) }.named("vkCreateImage")?;
         device.name(raw, name);
@@ -291,6 +311,12 @@ impl Image {
 
     pub(super) fn view(&self) -> vk::ImageView {
         self.view
+    }
+
+    /// Texels across and down.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.extent
     }
 
     pub(super) fn extent(&self) -> vk::Extent3D {

@@ -10,7 +10,9 @@ mod context;
 mod device;
 mod memory;
 mod pipeline;
+mod raster;
 mod submit;
+mod swapchain;
 
 pub use accel::{Blas, BlasGeometry, BlasInput, Rebuild, Scratch, Tlas, TlasInstance};
 pub use context::{Instance, Options};
@@ -19,9 +21,12 @@ pub use memory::{Buffer, Image, Location};
 pub use pipeline::{
     ComputePipeline, DescriptorSet, RayTracingPipeline, RayTracingShaders, Specialization,
 };
+pub use raster::{Draw, DrawTexture, Filter, RasterPipeline, Target};
 pub use submit::{Access, Recording, Submission, Timing};
+pub use swapchain::{FRAMES_IN_FLIGHT, Pace, Presented, Surface, Swapchain, Window};
 
 pub use ash::vk::BufferUsageFlags as Usage;
+pub use ash::vk::Format;
 
 use ash::vk;
 
@@ -52,6 +57,15 @@ pub enum Error {
     /// A scene or a frame that contradicts itself, or can't be shown; says how.
     #[error("the scene is invalid: {0}")]
     Scene(&'static str),
+    /// The window's surface is gone: another one must be made.
+    #[error("the window's surface is lost")]
+    SurfaceLost,
+    /// The device is gone: everything on it must be made anew.
+    #[error("the device is lost ({call})")]
+    DeviceLost {
+        /// The Vulkan function that said so.
+        call: &'static str,
+    },
     /// A call failed.
     #[error("{call} failed: {result}")]
     Call {
@@ -79,6 +93,10 @@ trait Named<T> {
 
 impl<T> Named<T> for Result<T, vk::Result> {
     fn named(self, call: &'static str) -> Result<T, Error> {
-        self.map_err(|result| Error::Call { call, result })
+        self.map_err(|result| match result {
+            vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost,
+            vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { call },
+            result => Error::Call { call, result },
+        })
     }
 }

@@ -5,7 +5,7 @@ use ash::vk;
 use std::sync::Arc;
 
 /// Values of specialization constants, by constant id.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Specialization(pub Vec<u32>);
 
 /// SPIR-V of one ray-tracing pipeline.
@@ -20,14 +20,14 @@ pub struct RayTracingShaders<'a> {
     pub any_hit: &'a [&'a [u32]],
 }
 
-struct Layout {
-    sets: vk::DescriptorSetLayout,
-    pipeline: vk::PipelineLayout,
-    device: Arc<Device>,
+pub(super) struct Layout {
+    pub(super) sets: vk::DescriptorSetLayout,
+    pub(super) pipeline: vk::PipelineLayout,
+    pub(super) device: Arc<Device>,
 }
 
 impl Layout {
-    fn new(
+    pub(super) fn new(
         device: &Arc<Device>,
         bindings: &[vk::DescriptorSetLayoutBinding<'_>],
         push_constants: u32,
@@ -76,13 +76,20 @@ impl Drop for Layout {
 }
 
 /// Shader modules that are only needed while a pipeline is made.
-struct Modules<'a> {
+pub(super) struct Modules<'a> {
     raw: Vec<vk::ShaderModule>,
     device: &'a Device,
 }
 
-impl Modules<'_> {
-    fn add(&mut self, code: &[u32]) -> Result<vk::ShaderModule, Error> {
+impl<'a> Modules<'a> {
+    pub(super) fn new(device: &'a Device) -> Self {
+        Self {
+            raw: Vec::new(),
+            device,
+        }
+    }
+
+    pub(super) fn add(&mut self, code: &[u32]) -> Result<vk::ShaderModule, Error> {
         let info = vk::ShaderModuleCreateInfo::default().code(code);
         // SAFETY: the SPIR-V comes from our own build.
         let module = unsafe { self.device.raw.create_shader_module(&info, None) }
@@ -192,10 +199,7 @@ impl RayTracingPipeline {
         ];
         let layout = Layout::new(device, &bindings, push_constants, RAY_STAGES)?;
 
-        let mut modules = Modules {
-            raw: Vec::new(),
-            device,
-        };
+        let mut modules = Modules::new(device);
         let entries: Vec<_> = (0..specialization.0.len() as u32)
             .map(|i| vk::SpecializationMapEntry {
                 constant_id: i,
@@ -388,7 +392,7 @@ fn build_table(
 
 /// What a ray-tracing pipeline reads besides buffers: the scene's structure and textures.
 pub struct DescriptorSet {
-    raw: vk::DescriptorSet,
+    pub(super) raw: vk::DescriptorSet,
     pool: vk::DescriptorPool,
     _textures: Vec<Arc<Image>>,
     _tlas: Option<Arc<Tlas>>,
@@ -453,7 +457,7 @@ impl DescriptorSet {
         Ok(Arc::new(set))
     }
 
-    fn allocate(
+    pub(super) fn allocate(
         device: &Arc<Device>,
         sizes: &[vk::DescriptorPoolSize],
         layout: vk::DescriptorSetLayout,
@@ -525,10 +529,7 @@ impl ComputePipeline {
             })
             .collect();
         let layout = Layout::new(device, &bindings, push_constants, stage)?;
-        let mut modules = Modules {
-            raw: Vec::new(),
-            device,
-        };
+        let mut modules = Modules::new(device);
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(
                 vk::PipelineShaderStageCreateInfo::default()
@@ -665,6 +666,7 @@ mod tests {
             max_image_size: 16384,
             max_storage_range: 1 << 27,
             timestamp_period: 1.0,
+            draws: true,
         }
     }
 

@@ -65,7 +65,7 @@ impl Access {
 /// The queue, and the timeline semaphore that counts its submissions.
 pub(super) struct Queue {
     raw: vk::Queue,
-    family: u32,
+    pub(super) family: u32,
     timestamp_period: f32,
     timeline: vk::Semaphore,
     /// Value of the last submission; also guards the queue.
@@ -99,6 +99,14 @@ impl Queue {
             submitted,
             device: device.clone(),
         })
+    }
+}
+
+impl Queue {
+    /// Calls `present` with the queue, which nobody else uses meanwhile.
+    pub(super) fn locked<T>(&self, present: impl FnOnce(vk::Queue) -> T) -> T {
+        let _submitted = (self.submitted.lock()).unwrap_or_else(PoisonError::into_inner);
+        present(self.raw)
     }
 }
 
@@ -321,6 +329,8 @@ impl Recording {
     /// shaders. Its former contents are lost.
     pub fn upload_image(&mut self, from: &Arc<Buffer>, offset: u64, image: &Arc<Image>) {
         let to_transfer = vk::ImageMemoryBarrier2::default()
+            // Whatever read it in an earlier recording is done.
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
             .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
             .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
             .old_layout(vk::ImageLayout::UNDEFINED)
@@ -372,6 +382,35 @@ impl Recording {
         self.keep(image.clone());
     }
 
+    /// Copies an image that was drawn on, in the layout `TRANSFER_SRC_OPTIMAL`, to the start of a
+    /// buffer, tightly packed.
+    pub fn download_image(&mut self, from: &Arc<Image>, to: &Arc<Buffer>) {
+        self.access(&[Access::TransferRead, Access::TransferWrite]);
+        let extent = from.extent();
+        let bytes = 4 * u64::from(extent.width) * u64::from(extent.height);
+        assert!(bytes <= to.size(), "room for all texels");
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_extent(extent);
+        // SAFETY: both objects are kept alive, and the range was checked.
+        unsafe {
+            self.device.raw.cmd_copy_image_to_buffer(
+                self.commands,
+                from.raw(),
+                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                to.raw(),
+                &[region],
+            );
+        }
+        self.keep(from.clone());
+        self.keep(to.clone());
+    }
+
     /// Submits and waits until the GPU is done. Returns the GPU times of the spans, in order.
     ///
     /// # Errors
@@ -384,7 +423,19 @@ impl Recording {
     ///
     /// # Errors
     /// When a call fails or the device is lost.
-    pub fn submit(mut self) -> Result<Submission, Error> {
+    pub fn submit(self) -> Result<Submission, Error> {
+        self.submit_between(None, None)
+    }
+
+    /// As [`Self::submit`]; drawing waits for the semaphore `after`, and `then` is signalled at the end.
+    ///
+    /// # Errors
+    /// When a call fails or the device is lost.
+    pub(super) fn submit_between(
+        mut self,
+        after: Option<vk::Semaphore>,
+        then: Option<vk::Semaphore>,
+    ) -> Result<Submission, Error> {
         self.access(&[Access::HostRead]);
         let device = self.device.clone();
         let (raw, queue) = (&device.raw, &device.queue);
@@ -399,12 +450,27 @@ impl Recording {
                 .unwrap_or_else(PoisonError::into_inner);
             let value = *submitted + 1;
             let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-            let signals = [vk::SemaphoreSubmitInfo::default()
-                .semaphore(queue.timeline)
-                .value(value)
-                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+            let waits: Vec<_> = (after.into_iter())
+                .map(|semaphore| {
+                    vk::SemaphoreSubmitInfo::default()
+                        .semaphore(semaphore)
+                        .stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)
+                })
+                .collect();
+            let mut signals = vec![
+                vk::SemaphoreSubmitInfo::default()
+                    .semaphore(queue.timeline)
+                    .value(value)
+                    .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS),
+            ];
+            signals.extend(then.map(|semaphore| {
+                vk::SemaphoreSubmitInfo::default()
+                    .semaphore(semaphore)
+                    .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            }));
             let info = vk::SubmitInfo2::default()
                 .command_buffer_infos(&buffers)
+                .wait_semaphore_infos(&waits)
                 .signal_semaphore_infos(&signals);
             raw.queue_submit2(queue.raw, &[info], vk::Fence::null())
                 .named("vkQueueSubmit2")?;
@@ -472,6 +538,17 @@ impl Submission {
     pub fn wait(self) -> Result<Vec<Timing>, Error> {
         self.wait_for_it()?;
         self.recording.timings()
+    }
+
+    /// Whether the GPU is done.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn is_done(&self) -> Result<bool, Error> {
+        let device = &self.recording.device;
+        // SAFETY: the semaphore lives as long as the device.
+        let value = unsafe { (device.raw).get_semaphore_counter_value(device.queue.timeline) };
+        Ok(value.named("vkGetSemaphoreCounterValue")? >= self.value)
     }
 
     fn wait_for_it(&self) -> Result<(), Error> {

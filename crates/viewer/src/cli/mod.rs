@@ -7,6 +7,7 @@ mod demo;
 mod export;
 mod render;
 mod shared;
+mod view;
 
 pub use bench::{Bench, List};
 pub use compare::{Compare, Maxima};
@@ -14,10 +15,12 @@ pub use compare_light::CompareLight;
 pub use demo::{ClipArgs, Demo, FrameRange, UnseenName};
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, PictureArgs, Render};
+pub(crate) use shared::parse_camera;
 pub use shared::{
-    CameraChoice, EstimatorName, LightingName, Lights, SceneArgs, SelectionName, SurfaceArgs,
-    ViewArgs,
+    CameraChoice, EstimatorName, LightingName, Lights, SamplerName, SceneArgs, SelectionName,
+    SurfaceArgs, ViewArgs,
 };
+pub use view::View;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand};
@@ -31,6 +34,10 @@ const STYLES: Styles = Styles::styled()
 
 const EXAMPLES: &str = "\
 Examples:
+  runelight
+      a window on the bundled sample level
+  runelight view start --basedir ~/quake
+      fly through a level out of the PAKs of a Quake installation
   runelight render
       the bundled sample level, to sample.exr and sample.png
   runelight render e1m1 --basedir ~/quake --spp 256
@@ -48,7 +55,7 @@ Exit codes: 0 done, 1 could not do it (a sentence says why), 2 wrong usage,
 #[command(name = "runelight", version, styles = STYLES, after_help = EXAMPLES)]
 #[command(infer_long_args = false, max_term_width = 100)]
 pub struct Cli {
-    /// What to do; nothing prints this help.
+    /// What to do; nothing opens a window on the bundled level.
     #[command(subcommand)]
     pub command: Option<Command>,
     /// Options of every command.
@@ -114,6 +121,8 @@ pub struct Global {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Open a window and fly through a level while it is path traced
+    View(Box<View>),
     /// Path-trace one picture of a level
     Render(Box<Render>),
     /// Path-trace a demo as film, or say what it holds
@@ -282,7 +291,7 @@ mod tests {
             fails(&["render", "--denoise=svgf"]).kind(),
             ErrorKind::UnknownArgument
         );
-        assert_eq!(fails(&["view"]).kind(), ErrorKind::InvalidSubcommand);
+        assert_eq!(fails(&["edit"]).kind(), ErrorKind::InvalidSubcommand);
     }
 
     #[test]

@@ -21,7 +21,7 @@ The first Ctrl-C ends the picture after the samples under way and writes it; the
 second one gives up and writes nothing.";
 
 /// `runelight render`
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
 pub struct Render {
     /// A .bsp file, or a name such as e1m1 or maps/e1m1.bsp to look up; without it the bundled
@@ -38,7 +38,7 @@ pub struct Render {
 }
 
 /// How a picture is made, and how it is encoded: all but what it shows and where it goes.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct PictureArgs {
     /// Layers of the EXR besides beauty, separated by commas: albedo, normal, depth, position,
     /// emission, direct, indirect, motion (pixels to where it was in the frame before), variance,

@@ -12,7 +12,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// What a picture shows of a scene.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct ViewArgs {
     /// Picture size in pixels
     #[arg(
@@ -165,7 +165,7 @@ fn pick_camera(choice: Option<&CameraChoice>, scene: &Scene) -> Result<Camera> {
 }
 
 /// What a level becomes as a scene.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct SceneArgs {
     /// Level time in seconds: animated and scrolling textures
     #[arg(
@@ -208,7 +208,7 @@ pub struct SceneArgs {
 }
 
 /// Which point entities are there.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct EntityArgs {
     /// Show the bare level, without monsters, items, flames and the like
     #[arg(long, help_heading = "Entities")]
@@ -238,7 +238,7 @@ impl Default for EntityArgs {
 }
 
 /// What surfaces are made of.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct SurfaceArgs {
     /// Materials by texture name: a TOML file (docs/materials.md), or `default` for common
     /// families of Quake textures; several add up, and later entries win
@@ -446,7 +446,7 @@ pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     side(w).zip(side(h)).ok_or_else(wrong)
 }
 
-pub(super) fn parse_camera(text: &str) -> Result<CameraChoice, String> {
+pub(crate) fn parse_camera(text: &str) -> Result<CameraChoice, String> {
     let words: Vec<&str> = (text.split(|c: char| c.is_whitespace() || c == ','))
         .filter(|w| !w.is_empty())
         .collect();

@@ -8,11 +8,12 @@ pub mod devices;
 pub mod export;
 pub mod info;
 pub mod render;
+pub mod view;
 
 use crate::Outcome;
 use crate::cli::{Cli, Command, Global};
 use anyhow::Result;
-use clap::CommandFactory as _;
+use clap::Parser as _;
 use std::io::Write as _;
 use std::time::Instant;
 
@@ -52,13 +53,17 @@ pub fn run(cli: &Cli, start: Instant) -> Result<Outcome> {
     };
     match &cli.command {
         None => {
-            // Prints with colours where stdout takes them.
-            Cli::command().color(cli.global.color).print_help()?;
-            Ok(Outcome::Done)
+            // Its options with their defaults.
+            let usual = Cli::try_parse_from(["runelight", "view"])?;
+            match &usual.command {
+                Some(Command::View(args)) => view::run(args, &context),
+                _ => Ok(Outcome::Done),
+            }
         }
         Some(Command::Compare(args)) => compare::run(args, &context),
         Some(Command::CompareLight(args)) => compare_light::run(args, &context),
         Some(Command::Bench(args)) => bench::run(args, &context),
+        Some(Command::View(args)) => view::run(args, &context),
         Some(Command::Render(args)) => render::run(args, &context),
         Some(Command::Demo(args)) => demo::run(args, &context),
         Some(Command::Info(args)) => info::run(args, &context),

@@ -1,0 +1,229 @@
+//! What lies over the picture.
+
+mod open;
+mod places;
+mod render;
+mod statistics;
+
+use super::app::App;
+use super::draw::PICTURE_ID;
+use super::keys::{ACTIONS, Action};
+use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, RichText, Ui, vec2};
+
+/// Which panels are open, and what is set in them that is no part of the picture.
+#[derive(Clone, Debug)]
+pub struct Panels {
+    /// None is shown at all.
+    pub hidden: bool,
+    /// How the picture is made.
+    pub render: bool,
+    /// What it costs.
+    pub statistics: bool,
+    /// Where to go.
+    pub places: bool,
+    /// What to open.
+    pub open: bool,
+    /// What keys do.
+    pub keys: bool,
+    /// Size of the picture in percent of the window's.
+    pub percent: u32,
+    /// Milliseconds of tracing in a frame, at most.
+    pub budget_ms: f64,
+    /// Levels of the search path; `None` before they were listed.
+    pub browser: Option<Vec<String>>,
+    /// What their names hold.
+    filter: String,
+    /// What is typed as a place.
+    viewpos: String,
+}
+
+/// Milliseconds of tracing in a frame: with the display at 60 frames a second something is left.
+pub const BUDGET_MS: f64 = 14.0;
+
+impl Default for Panels {
+    fn default() -> Self {
+        Self {
+            hidden: false,
+            render: true,
+            statistics: false,
+            places: false,
+            open: false,
+            keys: false,
+            percent: 100,
+            budget_ms: BUDGET_MS,
+            browser: None,
+            filter: String::new(),
+            viewpos: String::new(),
+        }
+    }
+}
+
+/// Shows the picture and what lies over it.
+pub fn show(app: &mut App, ctx: &Context) {
+    picture(app, ctx);
+    notices(app, ctx);
+    if app.panels.hidden {
+        return;
+    }
+    bar(app, ctx);
+    let window = |title: &str, at: Align2, offset: egui::Vec2| {
+        egui::Window::new(title)
+            .anchor(at, offset)
+            .resizable(false)
+            .frame(egui::Frame::window(&ctx.style()).multiply_with_opacity(0.92))
+    };
+    let (right, left) = (Align2::RIGHT_TOP, Align2::LEFT_TOP);
+    let mut open = app.panels.clone();
+    window("Picture", right, vec2(-8.0, 36.0))
+        .open(&mut open.render)
+        .vscroll(true)
+        .show(ctx, |ui| render::show(app, ui));
+    app.panels.render &= open.render;
+    window("Statistics", left, vec2(8.0, 36.0))
+        .open(&mut open.statistics)
+        .show(ctx, |ui| statistics::show(app, ui));
+    app.panels.statistics &= open.statistics;
+    window("Places", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
+        .open(&mut open.places)
+        .show(ctx, |ui| places::show(app, ui));
+    app.panels.places &= open.places;
+    window("Open", Align2::CENTER_CENTER, vec2(0.0, 0.0))
+        .open(&mut open.open)
+        .show(ctx, |ui| open::show(app, ui));
+    app.panels.open &= open.open;
+    window("Keys", Align2::CENTER_CENTER, vec2(0.0, 0.0))
+        .open(&mut open.keys)
+        .show(ctx, |ui| keys(app, ui));
+    app.panels.keys &= open.keys;
+}
+
+/// The traced picture, all over the window.
+fn picture(app: &App, ctx: &Context) {
+    let (screen, painter) = (
+        ctx.viewport_rect(),
+        ctx.layer_painter(LayerId::background()),
+    );
+    if app.settings().is_some() {
+        let all = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        painter.image(PICTURE_ID, screen, all, Color32::WHITE);
+    }
+    if !ctx.input(|i| i.raw.hovered_files.is_empty()) {
+        painter.rect_filled(screen, 0.0, Color32::from_black_alpha(160));
+        let text = "drop a level (.bsp) or an archive (.pak) to open it";
+        let font = egui::FontId::proportional(24.0);
+        painter.text(
+            screen.center(),
+            Align2::CENTER_CENTER,
+            text,
+            font,
+            Color32::WHITE,
+        );
+    }
+}
+
+/// What is loaded, what was said.
+fn notices(app: &mut App, ctx: &Context) {
+    // An empty area would still be in the way of the mouse.
+    if app.notices.all().is_empty() && app.loading.is_none() {
+        return;
+    }
+    let frame = egui::Frame::popup(&ctx.style()).multiply_with_opacity(0.92);
+    let area = egui::Area::new("notices".into()).anchor(Align2::CENTER_BOTTOM, vec2(0.0, -12.0));
+    area.show(ctx, |ui| {
+        let mut gone = None;
+        for (i, notice) in app.notices.all().iter().enumerate() {
+            frame.show(ui, |ui| {
+                ui.set_max_width(ctx.viewport_rect().width() * 0.7);
+                let color = if notice.is_error {
+                    ui.visuals().error_fg_color
+                } else {
+                    ui.visuals().strong_text_color()
+                };
+                let text = RichText::new(&notice.text).color(color);
+                if ui.add(egui::Label::new(text).wrap()).clicked() {
+                    gone = Some(i);
+                }
+            });
+        }
+        if let Some(i) = gone {
+            app.notices.forget(i);
+        }
+        if let Some(loading) = &app.loading {
+            let (phase, share, time) = loading.progress();
+            // A quick import while a slider moves needs no words.
+            if loading.is_new() || time.as_secs_f32() > 0.5 {
+                frame.show(ui, |ui| {
+                    let text = format!("{phase} {} ({:.0} s)", loading.name(), time.as_secs_f32());
+                    ui.add(
+                        egui::ProgressBar::new(share)
+                            .desired_width(360.0)
+                            .text(text),
+                    );
+                });
+            }
+        }
+    });
+}
+
+/// The bar at the top: which panels there are, and how far the picture is.
+fn bar(app: &mut App, ctx: &Context) {
+    let frame = egui::Frame::side_top_panel(&ctx.style()).multiply_with_opacity(0.85);
+    egui::TopBottomPanel::top("bar").frame(frame).show(ctx, |ui| {
+        ui.horizontal(|ui| {
+            let panels = &mut app.panels;
+            ui.toggle_value(&mut panels.open, "Open")
+                .on_hover_text("levels of the search path; files can also be dropped on the window");
+            ui.toggle_value(&mut panels.places, "Places")
+                .on_hover_text("the level's cameras, and typing where to be");
+            ui.toggle_value(&mut panels.render, "Picture")
+                .on_hover_text("how the picture is made");
+            ui.toggle_value(&mut panels.statistics, "Statistics")
+                .on_hover_text("what the picture costs");
+            ui.toggle_value(&mut panels.keys, "Keys").on_hover_text("what keys do");
+            ui.separator();
+            let key = app.bindings.key(Action::Save).name();
+            let save = ui.button("Save").on_hover_text(format!(
+                "EXR with all layers, and PNG; the clipboard gets the command that makes them again ({key})"
+            ));
+            if save.clicked() {
+                app.save();
+            }
+            let mut walks = app.is_walking();
+            if ui
+                .toggle_value(&mut walks, "Walk")
+                .on_hover_text("with a player's box, gravity and steps, instead of flying")
+                .changed()
+            {
+                app.set_walking(walks);
+            }
+            ui.separator();
+            let total = app.args.picture.spp;
+            ui.label(format!("{} / {total} samples", app.samples()));
+            if let Some(stage) = &app.stage {
+                ui.separator();
+                ui.label(&stage.scene.name);
+            }
+        });
+    });
+}
+
+fn keys(app: &App, ui: &mut Ui) {
+    egui::Grid::new("keys").num_columns(2).show(ui, |ui| {
+        for (action, _, what, _) in ACTIONS {
+            ui.strong(app.bindings.key(action).name());
+            ui.label(what);
+            ui.end_row();
+        }
+        for (key, what) in [
+            ("Shift", "hurry"),
+            ("Mouse wheel", "fly faster or slower"),
+            ("Drag", "look around"),
+            ("Escape", "let go of the mouse"),
+            ("Ctrl+Q", "end"),
+        ] {
+            ui.strong(key);
+            ui.label(what);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,50 @@
+//! The levels of the search path.
+
+use super::App;
+use crate::level::search_path;
+use egui::Ui;
+
+pub(super) fn show(app: &mut App, ui: &mut Ui) {
+    if app.panels.browser.is_none() {
+        let levels = search_path(&app.global).map(|search| {
+            let files = search.list("maps/").into_iter();
+            // Boxes of ammunition and health are levels too, for the engine.
+            let names = files.filter_map(|f| {
+                let name = f.strip_prefix("maps/")?.strip_suffix(".bsp")?.to_owned();
+                (!name.starts_with("b_")).then_some(name)
+            });
+            names.collect()
+        });
+        app.panels.browser = Some(levels.unwrap_or_else(|why| {
+            app.notices.error(format!("{why:#}"));
+            Vec::new()
+        }));
+    }
+    let mut wanted = None;
+    if ui.button("the sample level").clicked() {
+        wanted = Some(None);
+    }
+    let field =
+        egui::TextEdit::singleline(&mut app.panels.filter).hint_text("part of a name, or a file");
+    let typed = ui.add(field.desired_width(280.0));
+    if typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
+        wanted = Some(Some(app.panels.filter.clone()));
+    }
+    let part = app.panels.filter.to_lowercase();
+    let levels = app.panels.browser.as_deref().unwrap_or_default();
+    egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+        ui.set_min_width(280.0);
+        if levels.is_empty() {
+            ui.label("the search path has no levels: give the Quake directory with --basedir, or drop a .pak here");
+        }
+        for name in levels.iter().filter(|n| n.contains(&part)) {
+            if ui.button(name).clicked() {
+                wanted = Some(Some(format!("maps/{name}.bsp")));
+            }
+        }
+    });
+    if let Some(level) = wanted {
+        app.open(level);
+        app.panels.open = false;
+    }
+}

@@ -1,0 +1,93 @@
+//! Pictures of the window as files, with the command that makes them again.
+
+use super::look::command_line;
+use crate::cli::{CameraChoice, Global, Render};
+use crate::device::Device;
+use crate::output::Outputs;
+use anyhow::Result;
+use scene::Scene;
+use scene::render::{Film, Settings};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A picture that is to be written.
+pub struct Picture {
+    /// The options it was made with, and where files are looked up.
+    pub args: Render,
+    /// Where files are looked up.
+    pub global: Global,
+    /// What the renderer was told.
+    pub settings: Settings,
+    /// What was rendered.
+    pub scene: Arc<Scene>,
+    /// The picture.
+    pub film: Film,
+    /// What it was rendered on.
+    pub device: Device,
+    /// The folder to write to.
+    pub folder: PathBuf,
+}
+
+/// A picture that was written.
+#[derive(Clone, Debug)]
+pub struct Saved {
+    /// Where to.
+    pub files: Vec<PathBuf>,
+    /// The command that makes the same files.
+    pub command: String,
+}
+
+/// Writes EXR and PNG under the first free number.
+///
+/// # Errors
+/// When they can't be written.
+pub fn save(mut picture: Picture) -> Result<Saved> {
+    let (film, settings) = (&picture.film, &picture.settings);
+    let name = file_name(&picture.scene.name);
+    let free = |n: &u32| {
+        let taken = |ext| picture.folder.join(format!("{name}-{n:03}.{ext}")).exists();
+        !taken("exr") && !taken("png")
+    };
+    let number = (1..1_000_000).find(free).unwrap_or(0);
+    let args = &mut picture.args;
+    args.output = (["exr", "png"].iter())
+        .map(|ext| picture.folder.join(format!("{name}-{number:03}.{ext}")))
+        .collect();
+    picture.global.device.clone_from(&picture.device.name);
+    let options = &mut args.picture;
+    options.spp = film.samples;
+    options.view.size = (film.width, film.height);
+    let c = &settings.camera;
+    let [x, y, z] = c.position.to_array();
+    let pose = [x, y, z, c.pitch_deg, c.yaw_deg, c.roll_deg];
+    options.view.camera_path = None;
+    options.view.camera = Some(CameraChoice::Pose(pose));
+    options.adaptive = false;
+    (options.time_limit, options.target_error) = (None, None);
+    let command = command_line(args, &picture.global);
+    let (options, device) = (&args.picture, &picture.device);
+    let style = options.style(options.notes(&picture.scene, settings, device, film));
+    let files = Outputs::open(&args.output)?.write(film, &style)?;
+    Ok(Saved { files, command })
+}
+
+/// A level's name as a file's.
+fn file_name(level: &str) -> String {
+    let stem = Path::new(level).file_stem();
+    let name = stem.map_or("picture".into(), |s| s.to_string_lossy().into_owned());
+    let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    name.chars()
+        .map(|c| if plain(c) { c } else { '_' })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_give_names_that_files_can_have() {
+        assert_eq!(file_name("maps/e1m1.bsp"), "e1m1");
+        assert_eq!(file_name("what a:level?"), "what_a_level_");
+    }
+}

@@ -1,0 +1,191 @@
+//! A level that is shown: loaded, imported and uploaded beside the frame loop.
+
+use super::fly::Eye;
+use crate::cli::{CameraChoice, Global, Render};
+use crate::level::{Loaded, Source};
+use anyhow::{Result, anyhow};
+use rt::{Gpu, PathTracer};
+use scene::import::ImportOptions;
+use scene::render::Settings;
+use scene::{Camera, Scene};
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, Instant};
+
+/// A level on the device.
+pub struct Stage {
+    /// As it was named, `None` for the bundled one.
+    pub level: Option<String>,
+    /// The level's files.
+    pub loaded: Arc<Loaded>,
+    /// How it was imported.
+    pub options: ImportOptions,
+    /// What the renderer has.
+    pub scene: Arc<Scene>,
+    /// The renderer.
+    pub tracer: PathTracer,
+    /// The camera that its sprites are turned to.
+    pub turned_to: Camera,
+    /// Reading, importing, uploading.
+    pub seconds: [f64; 3],
+}
+
+/// What is to be loaded.
+#[derive(Clone)]
+pub enum Wanted {
+    /// A level by its name or file; `None` is the bundled one.
+    Level(Option<String>),
+    /// The same files once more, with other options.
+    Again(Option<String>, Arc<Loaded>),
+    /// The same scene with its sprites turned to another camera.
+    Turned(Option<String>, Arc<Loaded>, Arc<Scene>),
+}
+
+impl Wanted {
+    fn name(&self) -> String {
+        match self {
+            Self::Level(level) | Self::Again(level, _) | Self::Turned(level, ..) => {
+                level.clone().unwrap_or_else(|| "the sample level".into())
+            }
+        }
+    }
+}
+
+/// What loading is doing.
+const PHASES: [&str; 3] = ["reading", "importing", "uploading"];
+
+/// A level on its way.
+pub struct Loading {
+    wanted: Wanted,
+    phase: Arc<AtomicU8>,
+    begun: Instant,
+    result: Receiver<Result<Stage>>,
+}
+
+/// All that loading needs besides the level.
+#[derive(Clone)]
+pub struct Order {
+    /// The device.
+    pub gpu: Gpu,
+    /// Where files are.
+    pub global: Global,
+    /// How the picture is made; its camera is taken only with `eye`.
+    pub args: Render,
+    /// Where from; `None` for the level's own first camera, or the one that `args` names.
+    pub eye: Option<Eye>,
+}
+
+impl Loading {
+    /// Begins to load in the background.
+    #[must_use]
+    pub fn start(wanted: Wanted, order: Order) -> Self {
+        let (sender, result) = channel();
+        let phase = Arc::new(AtomicU8::new(0));
+        let (told, what) = (Arc::clone(&phase), wanted.clone());
+        std::thread::spawn(move || {
+            // Nobody waits any more if the receiver is gone.
+            let _ = sender.send(load(what, &order, &told));
+        });
+        Self {
+            wanted,
+            phase,
+            begun: Instant::now(),
+            result,
+        }
+    }
+
+    /// The level, once it is there or has failed.
+    #[must_use]
+    pub fn poll(&mut self) -> Option<Result<Stage>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(anyhow!(
+                "{}: loading ended without a word",
+                self.wanted.name()
+            ))),
+        }
+    }
+
+    /// What is loaded.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.wanted.name()
+    }
+
+    /// Whether the files are read anew.
+    #[must_use]
+    pub fn is_new(&self) -> bool {
+        matches!(self.wanted, Wanted::Level(_))
+    }
+
+    /// What is being done, the share of all that is done before, and for how long it lasts so far.
+    #[must_use]
+    pub fn progress(&self) -> (&'static str, f32, Duration) {
+        let phase = usize::from(self.phase.load(Ordering::Relaxed)).min(PHASES.len() - 1);
+        let share = phase as f32 / PHASES.len() as f32;
+        (PHASES[phase], share, self.begun.elapsed())
+    }
+}
+
+/// What the renderer is told, as `runelight render` tells it.
+///
+/// # Errors
+/// When the level has no such camera.
+pub fn settings_of(args: &Render, scene: &Scene) -> Result<Settings> {
+    let picture = &args.picture;
+    Ok(Settings {
+        time: picture.scene.at as f32,
+        ..picture.settings(picture.view.camera_of(scene, picture.scene.at)?)
+    })
+}
+
+fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
+    let start = Instant::now();
+    let (level, loaded, scene) = match wanted {
+        Wanted::Turned(level, loaded, scene) => (level, loaded, Some(scene)),
+        Wanted::Again(level, loaded) => (level, loaded, None),
+        Wanted::Level(level) => {
+            let source = Source::new(level.as_deref(), &order.global)?;
+            (level, Arc::new(source.load()?), None)
+        }
+    };
+    let read = Instant::now();
+    phase.store(1, Ordering::Relaxed);
+    let mut args = order.args.clone();
+    if let Some(eye) = order.eye {
+        args.picture.view.camera = Some(CameraChoice::Pose(eye.pose()));
+        args.picture.view.camera_path = None;
+    }
+    let options = args.picture.import_options()?;
+    let mut scene = match scene {
+        Some(scene) => scene.as_ref().clone(),
+        None => loaded.import(&options)?,
+    };
+    // A camera's number or name is another level's.
+    let at = args.picture.scene.at;
+    let view = &mut args.picture.view;
+    if order.eye.is_none() && view.camera.is_some() && view.camera_of(&scene, at).is_err() {
+        view.camera = None;
+    }
+    let settings = settings_of(&args, &scene)?;
+    scene.turn_sprites(&settings.camera);
+    let scene = Arc::new(scene);
+    let imported = Instant::now();
+    phase.store(2, Ordering::Relaxed);
+    // One level at a time: uploads are the largest pieces of memory there are.
+    static UPLOADS: RwLock<()> = RwLock::new(());
+    let _alone = UPLOADS.write().unwrap_or_else(PoisonError::into_inner);
+    let tracer = PathTracer::new(&order.gpu, &scene, &settings)?;
+    let seconds = [read - start, imported - read, imported.elapsed()].map(|d| d.as_secs_f64());
+    Ok(Stage {
+        level,
+        loaded,
+        options,
+        scene,
+        tracer,
+        turned_to: settings.camera,
+        seconds,
+    })
+}

@@ -1,0 +1,266 @@
+//! The window around the viewer.
+
+use super::app::{App, Input, Wish};
+use crate::cli::{Global, Render};
+use crate::device::Device;
+use anyhow::{Result, anyhow, bail};
+use rt::Screen;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::application::ApplicationHandler;
+use winit::dpi::LogicalSize;
+use winit::event::{DeviceEvent, DeviceId, StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{CursorGrabMode, Fullscreen, WindowId};
+
+/// Someone who flies instead of a person: called before each frame with the viewer and the frame's
+/// number; what it answers is done besides.
+pub type Pilot = Box<dyn FnMut(&mut App, u64) -> Vec<PilotWish>>;
+
+/// What a pilot asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PilotWish {
+    /// What the viewer might ask for itself.
+    App(Wish),
+    /// Another size, in points.
+    Resize([u32; 2]),
+}
+
+/// How the window is opened.
+#[derive(Default)]
+pub struct Options {
+    /// With the validation layer.
+    pub validation: bool,
+    /// Who flies.
+    pub pilot: Option<Pilot>,
+}
+
+/// Pixels across and down at first, where the screen has them.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// Shows the window until it is closed. Returns what the validation layer said.
+///
+/// # Errors
+/// When there is no display, nothing that draws on it, or the device fails.
+pub fn run(global: &Global, args: &Render, options: Options) -> Result<Vec<String>> {
+    let no_display = |why: String| {
+        anyhow!(
+            "there is no display to open a window on ({why}); `runelight render` makes pictures without one"
+        )
+    };
+    if cfg!(all(unix, not(target_os = "macos"))) {
+        let has = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+        if !has("DISPLAY") && !has("WAYLAND_DISPLAY") {
+            return Err(no_display(
+                "neither DISPLAY nor WAYLAND_DISPLAY is set".into(),
+            ));
+        }
+    }
+    let mut builder = EventLoop::builder();
+    // Tests have threads of their own.
+    #[cfg(all(unix, not(target_os = "macos")))]
+    if options.pilot.is_some() {
+        winit::platform::x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
+    }
+    let events = builder.build().map_err(|e| no_display(e.to_string()))?;
+    let mut handler = Handler {
+        global,
+        args,
+        options,
+        running: None,
+        failure: None,
+    };
+    events.run_app(&mut handler)?;
+    match (handler.failure, handler.running) {
+        (Some(error), _) => Err(error),
+        (None, Some(mut running)) => {
+            running.screen.settle()?;
+            Ok(running.app.gpu.validation_messages())
+        }
+        (None, None) => bail!("the window closed before it opened"),
+    }
+}
+
+struct Handler<'a> {
+    global: &'a Global,
+    args: &'a Render,
+    options: Options,
+    running: Option<Running>,
+    failure: Option<anyhow::Error>,
+}
+
+struct Running {
+    app: App,
+    screen: Screen,
+    egui: egui_winit::State,
+    window: Arc<winit::window::Window>,
+    last: Instant,
+    frames: u64,
+    title: String,
+}
+
+impl Handler<'_> {
+    fn open(&self, events: &ActiveEventLoop) -> Result<Running> {
+        let [width, height] = SIZE;
+        let attributes = winit::window::Window::default_attributes()
+            .with_title("runelight")
+            .with_inner_size(LogicalSize::new(width, height));
+        let window = Arc::new(events.create_window(attributes)?);
+        let opened = Device::for_window(&self.global.device, self.options.validation)?;
+        tracing::info!("{}", opened.0.name);
+        let size = window.inner_size();
+        let size = [size.width, size.height];
+        let screen = Screen::of_window(&opened.1, Arc::clone(&window), size)?;
+        let app = App::new(opened, self.global.clone(), self.args.clone());
+        let egui = egui_winit::State::new(
+            app.egui().clone(),
+            egui::ViewportId::ROOT,
+            &*window,
+            Some(window.scale_factor() as f32),
+            window.theme(),
+            None,
+        );
+        Ok(Running {
+            app,
+            screen,
+            egui,
+            window,
+            last: Instant::now(),
+            frames: 0,
+            title: String::new(),
+        })
+    }
+
+    fn fail(&mut self, events: &ActiveEventLoop, error: anyhow::Error) {
+        self.failure.get_or_insert(error);
+        events.exit();
+    }
+
+    fn frame(&mut self, events: &ActiveEventLoop) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        let asked = match &mut self.options.pilot {
+            Some(pilot) => pilot(&mut running.app, running.frames),
+            None => Vec::new(),
+        };
+        match running.frame(asked) {
+            Ok(Some(next)) => events.set_control_flow(if next > 0.0 {
+                ControlFlow::WaitUntil(Instant::now() + Duration::from_secs_f32(next))
+            } else {
+                ControlFlow::Poll
+            }),
+            Ok(None) => events.exit(),
+            Err(error) => self.fail(events, error),
+        }
+    }
+}
+
+impl Running {
+    /// One frame; in so many seconds the next is wanted, `None` to end.
+    fn frame(&mut self, asked: Vec<PilotWish>) -> Result<Option<f32>> {
+        let now = Instant::now();
+        let input = Input {
+            raw: self.egui.take_egui_input(&self.window),
+            seconds: (now - self.last).as_secs_f32(),
+        };
+        (self.last, self.frames) = (now, self.frames + 1);
+        let size = self.window.inner_size();
+        self.screen.resize([size.width, size.height])?;
+        let output = match self.app.frame(&mut self.screen, input) {
+            // The window is still there: only what Vulkan drew on is gone.
+            Err(error) if matches!(error.downcast_ref(), Some(rt::Error::SurfaceLost)) => {
+                let size = [size.width, size.height];
+                self.screen.move_to(Arc::clone(&self.window), size)?;
+                return Ok(Some(0.0));
+            }
+            other => other?,
+        };
+        (self.egui).handle_platform_output(&self.window, output.platform);
+        let mut wishes = output.wishes;
+        for wish in asked {
+            match wish {
+                PilotWish::App(wish) => wishes.push(wish),
+                PilotWish::Resize([width, height]) => {
+                    _ = (self.window).request_inner_size(LogicalSize::new(width, height));
+                }
+            }
+        }
+        for wish in wishes {
+            match wish {
+                Wish::Quit => return Ok(None),
+                Wish::FullScreen(on) => {
+                    let full = on.then_some(Fullscreen::Borderless(None));
+                    self.window.set_fullscreen(full);
+                }
+                Wish::HoldMouse(on) => self.hold_mouse(on),
+            }
+        }
+        let title = self.app.title();
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
+        // Hidden windows have nothing to hurry for.
+        let hidden = output.shown == rt::Shown::No;
+        Ok(Some(if hidden { 0.05 } else { output.next }))
+    }
+
+    fn hold_mouse(&self, on: bool) {
+        let window = &self.window;
+        let held = if on {
+            // Window systems know one or the other.
+            (window.set_cursor_grab(CursorGrabMode::Locked))
+                .or_else(|_| window.set_cursor_grab(CursorGrabMode::Confined))
+        } else {
+            window.set_cursor_grab(CursorGrabMode::None)
+        };
+        if let Err(error) = held {
+            tracing::warn!("the window system does not hand over the mouse: {error}");
+        }
+        window.set_cursor_visible(!on);
+    }
+}
+
+impl ApplicationHandler for Handler<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.running.is_none() {
+            match self.open(events) {
+                Ok(running) => self.running = Some(running),
+                Err(error) => self.fail(events, error),
+            }
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::RedrawRequested => self.frame(events),
+            event => {
+                let response = running.egui.on_window_event(&running.window, &event);
+                if response.repaint {
+                    running.window.request_redraw();
+                }
+            }
+        }
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let (Some(running), DeviceEvent::MouseMotion { delta }) = (&mut self.running, event) {
+            running.egui.on_mouse_motion(delta);
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        let due = matches!(
+            cause,
+            StartCause::Poll | StartCause::ResumeTimeReached { .. }
+        );
+        if let Some(running) = self.running.as_ref().filter(|_| due) {
+            running.window.request_redraw();
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! The viewer, off-screen: the same frames as in the window.
+
+use clap::Parser as _;
+use egui::{Key, Pos2};
+use runelight::cli::{Cli, Command, EstimatorName, Global, LightingName, Lights, Render};
+use runelight::device::Device;
+use runelight::tonemap::Tonemap;
+use runelight::view::app::{App, Wish};
+use runelight::view::session::Session;
+use runelight_tests::levels;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(120);
+const SIZE: [u32; 2] = [120, 80];
+
+/// The options of `runelight view` with these arguments.
+fn options(args: &[&str]) -> (Global, Render) {
+    let device = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
+    let words = ["runelight", "view", "--device", &device].into_iter();
+    let cli = Cli::try_parse_from(words.chain(args.iter().copied())).expect("options");
+    match cli.command {
+        Some(Command::View(view)) => (cli.global, view.render),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A viewer that has opened its level.
+fn session(args: &[&str]) -> Session {
+    let (global, render) = options(args);
+    let device = Device::for_window(&global.device, true).unwrap_or_else(|e| {
+        panic!("{e:#}: `cargo xtask test` installs or names what Vulkan tests need")
+    });
+    let app = App::new(device, global, render);
+    let mut session = Session::new(app, SIZE, 1.0).expect("a screen");
+    session.app.panels.hidden = true;
+    (session.until(LIMIT, |app| app.samples() > 0)).expect("a first sample");
+    // In so small a window sentences about the level are in the way of the mouse.
+    session.app.notices.pass(1e3);
+    session
+}
+
+#[track_caller]
+fn assert_silent(session: &Session) {
+    assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
+    let said: Vec<_> = session
+        .app
+        .notices
+        .all()
+        .iter()
+        .filter(|n| n.is_error)
+        .collect();
+    assert!(said.is_empty(), "{said:?}");
+}
+
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten();
+    let mut all: Vec<_> = entries
+        .map(|e| {
+            let bytes = std::fs::read(e.path()).expect("a file");
+            (e.file_name().to_string_lossy().into_owned(), bytes)
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+/// What stands still is what `render` makes, and what is saved can be made again, bit for bit: after
+/// moving, at another size, with other settings, in parts of samples.
+#[test]
+fn a_saved_picture_is_made_again_by_its_command() {
+    let mut session = session(&["--spp", "3", "--depth", "3"]);
+    let folder = std::env::temp_dir().join(format!("runelight-viewer-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    session.app.folder.clone_from(&folder);
+    session.key(Key::W, true);
+    session.frames(8).expect("frames");
+    session.key(Key::W, false);
+    session
+        .drag(Pos2::new(60.0, 40.0), Pos2::new(90.0, 35.0))
+        .expect("a drag");
+    session.resize([97, 61]).expect("a size");
+    session.app.args.picture.exposure = 0.5;
+    session.app.args.picture.scene.threshold = 0.35;
+    session.app.args.picture.clamp = Some(20.0);
+    session.frames(2).expect("frames");
+    // Slower than any device: every sample is taken in parts.
+    session.app.panels.budget_ms = 0.01;
+    session.until(LIMIT, App::is_done).expect("a picture");
+    session.tap(Key::P).expect("frames");
+    session
+        .until(LIMIT, |app| app.saved.is_some())
+        .expect("files");
+    session.frame().expect("a frame");
+    let saved = session.app.saved.clone().expect("files");
+    assert_eq!(session.clipboard(), saved.command);
+    assert_silent(&session);
+    drop(session);
+
+    let before = files(&folder);
+    assert_eq!(before.len(), 2, "an EXR and a PNG");
+    for file in &saved.files {
+        std::fs::remove_file(file).expect("a file to remove");
+    }
+    // The only word with blanks stands in quotes, as do numbers with a minus.
+    let mut words = vec![String::new()];
+    let mut inside = false;
+    for c in saved.command.chars() {
+        match c {
+            '\'' => inside = !inside,
+            ' ' if !inside => words.push(String::new()),
+            c => words.last_mut().expect("a word").push(c),
+        }
+    }
+    words.push("--quiet".into());
+    let cli = Cli::try_parse_from(&words).unwrap_or_else(|e| panic!("{}: {e}", saved.command));
+    runelight::cmd::run(&cli, Instant::now()).expect("a picture");
+    let after = files(&folder);
+    for ((name, a), (other, b)) in before.iter().zip(&after) {
+        assert!(name == other && a == b, "{name} differs: {}", saved.command);
+    }
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+}
+
+/// Hands move the eye, settings change the picture, nothing is said by the validation layer.
+#[test]
+fn one_flies_and_changes_every_setting() {
+    let mut session = session(&["--spp", "2", "--depth", "2"]);
+    let start = session.app.eye;
+    for key in [Key::W, Key::A, Key::Space] {
+        let before = session.app.eye.position;
+        session.key(key, true);
+        session.frames(3).expect("frames");
+        session.key(key, false);
+        session.frames(12).expect("frames");
+        assert!(
+            (session.app.eye.position - before).length() > 5.0,
+            "{key:?}"
+        );
+    }
+    session
+        .drag(Pos2::new(60.0, 40.0), Pos2::new(20.0, 40.0))
+        .expect("a drag");
+    assert!(
+        session.app.eye.yaw > start.yaw + 2.0,
+        "the drag turns the view"
+    );
+    session.tap(Key::N).expect("frames");
+    session.app.go_to_camera(0);
+    assert_eq!(session.app.eye.position, start.position);
+    session.tap(Key::V).expect("frames");
+    assert!(session.app.is_walking());
+    session.frames(40).expect("frames");
+    let fallen = session.app.eye.position - start.position;
+    assert!(
+        fallen.length() < 30.0,
+        "stands where players start: {fallen}"
+    );
+    session.tap(Key::V).expect("frames");
+
+    type Change = fn(&mut Session);
+    let changes: &[(&str, Change, bool)] = &[
+        ("exposure", |s| s.app.args.picture.exposure = 2.0, false),
+        (
+            "tone curve",
+            |s| s.app.args.picture.tonemap = Tonemap::Clip,
+            false,
+        ),
+        (
+            "field of view",
+            |s| s.app.args.picture.view.fov = Some(60.0),
+            true,
+        ),
+        ("depth", |s| s.app.args.picture.depth = 3, true),
+        (
+            "estimator",
+            |s| s.app.args.picture.estimator = EstimatorName::Nee,
+            true,
+        ),
+        ("seed", |s| s.app.args.picture.seed = 7, true),
+        ("clamp", |s| s.app.args.picture.clamp = Some(0.05), true),
+        (
+            "layers",
+            |s| s.app.args.picture.layers = runelight::view::look::layers(false),
+            true,
+        ),
+        ("size", |s| s.app.panels.percent = 50, true),
+        (
+            "threshold",
+            |s| s.app.args.picture.scene.threshold = 0.1,
+            true,
+        ),
+        (
+            "emission",
+            |s| s.app.args.picture.scene.emission_scale = 8.0,
+            true,
+        ),
+        (
+            "lamps",
+            |s| s.app.args.picture.scene.lights = Lights::Textures,
+            true,
+        ),
+        (
+            "lighting",
+            |s| s.app.args.picture.lighting = LightingName::Fullbright,
+            true,
+        ),
+        ("panels", |s| s.app.panels.hidden = false, false),
+    ];
+    session.until(LIMIT, App::is_done).expect("a picture");
+    for (name, change, restarts) in changes {
+        let before = session.picture().expect("a frame");
+        change(&mut session);
+        session.frame().expect("a frame");
+        assert_eq!(session.app.is_done(), !restarts, "{name}");
+        session.until(LIMIT, App::is_done).expect("a picture");
+        session.frame().expect("a frame");
+        let after = session.picture().expect("a frame");
+        let changes = *name != "layers";
+        assert_eq!(before != after, changes, "{name} changes the picture");
+    }
+    assert_silent(&session);
+
+    // Ten sizes, one of them none at all.
+    for size in [
+        [64, 48],
+        [200, 30],
+        [1, 1],
+        [33, 90],
+        [0, 0],
+        [80, 80],
+        [7, 5],
+        [150, 100],
+        [99, 98],
+        SIZE,
+    ] {
+        session.resize(size).expect("a size");
+        session.frames(3).expect("frames");
+    }
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert_eq!(session.picture().expect("a frame").0, SIZE);
+    assert_silent(&session);
+}
+
+/// A level that can't be read leaves the picture; a good one replaces it; keys reach the window.
+#[test]
+fn levels_are_opened_and_broken_ones_keep_the_picture() {
+    let mut session = session(&["--spp", "1", "--depth", "1", "--no-entities"]);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    let title = session.app.title();
+    session.app.open(Some("no-such-level".into()));
+    session.until(LIMIT, App::is_done).expect("the old picture");
+    assert_eq!(session.app.title(), title);
+    let said = session
+        .app
+        .notices
+        .all()
+        .last()
+        .expect("a sentence")
+        .clone();
+    assert!(
+        said.is_error && said.text.contains("no-such-level"),
+        "{said:?}"
+    );
+    session.app.open_file(Path::new("picture.jpg"));
+    assert!(
+        session
+            .app
+            .notices
+            .all()
+            .iter()
+            .any(|n| n.text.contains(".jpg"))
+    );
+
+    // The same level again keeps the eye.
+    session.app.go_to_camera(1);
+    let eye = session.app.eye;
+    session.tap(Key::F5).expect("frames");
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert_eq!(session.app.eye, eye);
+
+    if levels::game().is_some() {
+        session.app.open_file(&levels::data().join("id1/pak0.pak"));
+        session.app.panels.hidden = false;
+        session.frame().expect("a frame");
+        let names = session
+            .app
+            .panels
+            .browser
+            .clone()
+            .expect("a list of levels");
+        assert!(names.iter().any(|n| n == "e1m1"), "{names:?}");
+        session.app.open(Some("e1m1".into()));
+        session.until(LIMIT, App::is_done).expect("a picture");
+        assert!(session.app.title().contains("e1m1"));
+    }
+    session.tap(Key::F11).expect("frames");
+    session.tap(Key::M).expect("frames");
+    session.tap(Key::Escape).expect("frames");
+    let expected = [
+        Wish::FullScreen(true),
+        Wish::HoldMouse(true),
+        Wish::HoldMouse(false),
+    ];
+    assert_eq!(session.wishes(), expected);
+    assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
+}

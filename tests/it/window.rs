@@ -1,0 +1,125 @@
+//! The window itself, on a display that nobody sees.
+
+use clap::Parser as _;
+use runelight::cli::{Cli, Command as RunelightCommand};
+use runelight::view::app::{App, Wish};
+use runelight::view::window::{self, Options, PilotWish};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Set in the process that opens the window.
+const INSIDE: &str = "RUNELIGHT_TEST_WINDOW";
+
+/// Ends a process when it is no longer needed.
+struct Ends(Child);
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A display of its own: Xvfb chooses a number that is free, and says it.
+fn display() -> (Ends, String) {
+    use std::io::{BufRead as _, BufReader};
+    let started = Command::new("Xvfb")
+        .args([
+            "-displayfd",
+            "1",
+            "-screen",
+            "0",
+            "640x480x24",
+            "-nolisten",
+            "tcp",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn();
+    let mut server = started.unwrap_or_else(|e| {
+        panic!("Xvfb: {e}: `cargo xtask test` installs or names what the tests need")
+    });
+    let out = server.stdout.take().expect("what it says");
+    let server = Ends(server);
+    let mut line = String::new();
+    BufReader::new(out)
+        .read_line(&mut line)
+        .expect("its number");
+    (server, format!(":{}", line.trim()))
+}
+
+/// The window opens on the sample level, is flown, is resized ten times, and ends, while the validation
+/// layer has nothing to say. In a process of its own, because the display is its environment's.
+#[test]
+fn the_window_lives_on_a_display() {
+    if std::env::var_os(INSIDE).is_some() {
+        return inside();
+    }
+    let (_server, display) = display();
+    let this = std::env::current_exe().expect("this program");
+    let output = Command::new(this)
+        .args([
+            "--exact",
+            "window::the_window_lives_on_a_display",
+            "--nocapture",
+        ])
+        .env(INSIDE, "1")
+        .env("DISPLAY", display)
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .expect("this program");
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(
+        output.status.success() && said.contains("the window has ended"),
+        "{said}"
+    );
+}
+
+fn inside() {
+    let device = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
+    let words = [
+        "runelight",
+        "view",
+        "--spp",
+        "1",
+        "--depth",
+        "2",
+        "--device",
+        &device,
+    ];
+    let cli = Cli::try_parse_from(words).expect("options");
+    let Some(RunelightCommand::View(view)) = &cli.command else {
+        panic!("{cli:?}");
+    };
+    let start = Instant::now();
+    let (mut resized, mut at, mut done) = (0, 0, false);
+    let pilot = move |app: &mut App, frame: u64| {
+        assert!(
+            start.elapsed() < Duration::from_secs(240),
+            "the window takes too long"
+        );
+        app.panels.percent = 10;
+        if app.samples() == 0 {
+            return Vec::new();
+        }
+        if resized < 10 && frame >= at {
+            resized += 1;
+            at = frame + 3;
+            app.eye = app.eye.turned([20.0, 0.0]);
+            return vec![PilotWish::Resize([200 + 37 * resized, 400 - 23 * resized])];
+        }
+        if resized == 10 && app.is_done() && !done {
+            done = true;
+            return vec![PilotWish::App(Wish::Quit)];
+        }
+        Vec::new()
+    };
+    let options = Options {
+        validation: true,
+        pilot: Some(Box::new(pilot)),
+    };
+    let said = window::run(&cli.global, &view.render, options);
+    assert_eq!(said.expect("a window"), [""; 0]);
+    println!("the window has ended");
+}
