@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 
 /// Radius of the sphere that stands for a light entity, in world units: about a lamp's size, and
 /// large enough that a surface next to it is not infinitely bright. `_deviance` makes it larger.
-/// Where a surface is nearer even after [`make_room`], the sphere shrinks down to [`MIN_LIGHT_RADIUS`].
+/// Where a surface is nearer even after the lamp is moved off, the sphere shrinks down to [`MIN_LIGHT_RADIUS`].
 pub const LIGHT_RADIUS: f32 = 4.0;
 /// A sphere is never smaller than this, world units, even if it then sticks in a surface.
 pub const MIN_LIGHT_RADIUS: f32 = 0.5;
