@@ -130,7 +130,9 @@ const uint FOG_SCATTERS = 2u; // a new ray has begun
 const uint FOG_ENDS = 3u;
 
 uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint index) {
-    if (walk.scattered || walk.vertex == params.depth) return FOG_ABSORBS;
+    // A moment may have no fog.
+    const bool none = !(params.scene.at[0].fog_extinction > 0.0);
+    if (none || walk.scattered || walk.vertex == params.depth) return FOG_ABSORBS;
     const float u = random4(pixel, index, DIMENSION_FREE_PATH + walk.stretches, params.seed).x;
     const float d = walk.t_min + minus_log_rest(u) / params.scene.at[0].fog_extinction;
     // Always on the camera's ray, else as often as the path is scattered.

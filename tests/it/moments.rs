@@ -9,7 +9,7 @@ use runelight_tests::stats::ZTest;
 use scene::camera::ViewBasis;
 use scene::frame::Past;
 use scene::render::{Estimator, Film, Settings};
-use scene::{Frame, Instance, PointLight, PoseBlend, Scene};
+use scene::{ClearSky, Fog, Frame, Instance, PointLight, PoseBlend, Scene};
 use std::sync::Arc;
 
 /// The `id` of the room's skylight.
@@ -261,4 +261,37 @@ fn the_motion_layer_says_where_everything_was() {
         }
         assert!(on_it > 20 && on_sky > 20, "{on_it} {on_sky}");
     }
+}
+
+#[test]
+fn fog_comes_and_goes_from_moment_to_moment() {
+    let mut scene = Arc::unwrap_or_clone(moving_room());
+    scene.clear_sky = Some(ClearSky {
+        scale: scene.sky.scale,
+        mean: [Vec3::splat(0.3), Vec3::new(0.1, 0.2, 0.3)],
+        share: 0.6,
+    });
+    let scene = Arc::new(scene.for_frames());
+    let frame = |fog| Frame {
+        fog,
+        ..moment(&scene, 0.9, true)
+    };
+    let thick = Fog {
+        extinction: 0.02,
+        albedo: Vec3::new(0.9, 0.6, 0.3),
+    };
+    let view = view(Estimator::Mis, 3);
+    let pictures = [Some(thick), None].map(|fog| (view.seed, vec![(frame(fog), 96)]));
+    let films = render_moments(device(), &scene, &view, &pictures);
+    for (film, fog) in films.iter().zip([Some(thick), None]) {
+        let made = Settings {
+            time: 0.9,
+            seed: 4,
+            ..view.clone()
+        };
+        let truth = render(device(), &still(&scene, &frame(fog)), &made, 96);
+        ZTest::new(film, &truth).assert(&format!("{fog:?}"));
+    }
+    let differs = ZTest::new(&films[0], &films[1]);
+    assert!(differs.passed < 0.5, "fog must be seen: {differs:?}");
 }

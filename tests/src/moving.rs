@@ -96,6 +96,22 @@ pub fn moving_room() -> Arc<Scene> {
         clay,
         vec![LAMP, spark],
     ));
+    let of = |id: MaterialId| id.0 as usize;
+    // The lamp shows three pictures in turn, the last one dark.
+    let lamp = scene.materials[of(LAMP)].clone();
+    let mut other = scene.textures[lamp.emission.expect("a lamp").0 as usize].clone();
+    other.rgba = vec![[0; 4], [255, 60, 30, 255], [40, 255, 60, 255], [90; 4]];
+    scene.textures.push(other);
+    let emission = Some(TextureId(scene.textures.len() as u32 - 1));
+    let first = scene.materials.len() as u32;
+    for emission in [emission, None] {
+        let shown = Material {
+            emission,
+            ..lamp.clone()
+        };
+        scene.materials.push(shown);
+    }
+    scene.materials[of(LAMP)].frames = vec![LAMP, MaterialId(first), MaterialId(first + 1)];
     let mut door = blob(&[[6.0, 8.0, 10.0]], clay, Vec::new());
     for (i, t) in door.triangles.iter_mut().enumerate() {
         if i % 2 == 0 {
@@ -214,6 +230,7 @@ pub fn moment(scene: &Scene, time: f32, lights: bool) -> Frame {
         loose,
         lights,
         styles,
+        fog: scene.fog,
         before: None,
     }
 }
@@ -225,6 +242,13 @@ pub fn still(scene: &Scene, frame: &Frame) -> Arc<Scene> {
     still.lights = scene.lights_now(&frame.styles);
     still.lights.extend(frame.lights.iter().copied());
     still.brightness = Vec::new();
+    for (material, look) in still.materials.iter_mut().zip(scene.looks(frame.time)) {
+        material.clone_from(&scene.materials[look.0 as usize]);
+        material.frames.clear();
+    }
+    still.fog = frame.fog;
+    [still.sky.scale, still.sky.veil] = scene.sky_now(frame.fog);
+    still.clear_sky = None;
     still.moving = scene::MovingEmitters::default();
     still.features.frames = false;
     still.instances.clone_from(&frame.instances);

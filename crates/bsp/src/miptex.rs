@@ -357,25 +357,35 @@ impl Animation {
         &self.sequences
     }
 
-    /// The texture to show for `texture` at `time` seconds: frame `floor(5 time) % n` of its
-    /// sequence. `alternate` is for entities whose `frame` is not 0; a set without frames gives
-    /// way to the other. A texture that stays still is itself.
-    pub fn frame_at(&self, texture: usize, time: f64, alternate: bool) -> usize {
+    /// What `texture` shows in turn, [`FRAMES_PER_SECOND`]; empty if it stays still. `alternate` is for
+    /// entities whose `frame` is not 0; a set without frames gives way to the other.
+    pub fn cycle(&self, texture: usize, alternate: bool) -> &[u32] {
         let Some(sequence) = self.sequence(texture) else {
-            return texture;
+            return &[];
         };
         let (wanted, other) = if alternate {
             (&sequence.alternate, &sequence.primary)
         } else {
             (&sequence.primary, &sequence.alternate)
         };
-        let frames = if wanted.is_empty() { other } else { wanted };
-        let step = (time * FRAMES_PER_SECOND).floor();
-        let frame = if step.is_finite() && !frames.is_empty() {
-            step.rem_euclid(frames.len() as f64) as usize
-        } else {
-            0
-        };
-        frames.get(frame).map_or(texture, |&i| i as usize)
+        if wanted.is_empty() { other } else { wanted }
+    }
+
+    /// The texture to show for `texture` at `time` seconds: that of [`Animation::cycle`] whose turn it is
+    /// ([`turn`]). A texture that stays still is itself.
+    pub fn frame_at(&self, texture: usize, time: f64, alternate: bool) -> usize {
+        let frames = self.cycle(texture, alternate);
+        (frames.get(turn(frames.len(), time))).map_or(texture, |&i| i as usize)
+    }
+}
+
+/// Whose turn it is at `time` seconds among `count` frames that show for a fifth of a second each:
+/// `floor(5 time) % count`.
+pub fn turn(count: usize, time: f64) -> usize {
+    let step = (time * FRAMES_PER_SECOND).floor();
+    if step.is_finite() && count > 0 {
+        step.rem_euclid(count as f64) as usize
+    } else {
+        0
     }
 }

@@ -70,6 +70,7 @@ impl Builder {
             two_sided: false,
             warped: false,
             finish: scene::Finish::default(),
+            frames: Vec::new(),
         })
     }
 

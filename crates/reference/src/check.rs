@@ -7,7 +7,7 @@ use scene::cells::{self, CELL, CellNode, LightCells};
 use scene::emitter::tree::LEAF;
 use scene::emitter::{Emitters, LightTree, NO_EMITTER, Numbering, Shape};
 use scene::sky::SkyKind;
-use scene::{Scene, TextureId};
+use scene::{Material, Scene, TextureId};
 
 /// Checks every index once, so that nothing after this can be out of range.
 pub(crate) fn check(scene: &Scene) -> Result<(), Error> {
@@ -32,6 +32,22 @@ pub(crate) fn check(scene: &Scene) -> Result<(), Error> {
             texture_exists(m.base) && others.into_iter().flatten().all(texture_exists)
         }),
         "a material's texture does not exist",
+    )?;
+    ensure(
+        scene.materials.iter().all(|m| {
+            m.frames.iter().all(|id| {
+                let size = |m: &Material| {
+                    let base = &scene.textures[m.base.0 as usize];
+                    [base.width, base.height]
+                };
+                (scene.materials.get(id.0 as usize)).is_some_and(|shown| {
+                    size(shown) == size(m)
+                        && shown.is_see_through() == m.is_see_through()
+                        && shown.emission_weight == m.emission_weight
+                })
+            })
+        }),
+        "what a material shows in turn does not exist or differs",
     )?;
     let sky_textures = match scene.sky.kind {
         SkyKind::None | SkyKind::Flat(_) => vec![],

@@ -277,6 +277,7 @@ mod tests {
             two_sided: false,
             warped: false,
             finish: Finish::default(),
+            frames: Vec::new(),
         };
         let triangle = |vertices: [u32; 3], uv: [[f32; 2]; 3], material: u32| Triangle {
             vertices,

@@ -106,7 +106,7 @@ impl Stretch {
 impl World {
     /// Share of light that fog leaves over a distance.
     pub fn clear(&self, distance: f64) -> f64 {
-        match &self.scene.fog {
+        match &self.fog {
             Some(fog) => (-f64::from(fog.extinction) * distance).exp(),
             None => 1.0,
         }
@@ -122,7 +122,7 @@ impl World {
     }
 
     fn extinction(&self) -> f64 {
-        self.scene.fog.map_or(0.0, |fog| f64::from(fog.extinction))
+        self.fog.map_or(0.0, |fog| f64::from(fog.extinction))
     }
 
     /// Where a light is, and how near a ray can be to it: the point of an emitter that `u` chooses, or
@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
         rng: &mut Rng,
         stack: &mut Stack,
     ) -> Met {
-        let Some(fog) = &world.scene.fog else {
+        let Some(fog) = &world.fog else {
             return Met::Nothing;
         };
         if self.is_scattered || self.k == settings.depth {

@@ -80,6 +80,9 @@ impl World {
         self.parts.append(&mut parts);
         self.shown = moving.to_vec();
         self.time = f64::from(frame.time);
+        self.looks = scene.looks(frame.time);
+        self.fog = frame.fog;
+        self.sky = scene.sky_now(frame.fog);
         self.lights = scene.lights_now(&frame.styles);
         self.styles = scene.styles_now(&frame.styles);
         self.frame_lights = frame.lights.clone();

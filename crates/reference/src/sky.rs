@@ -42,7 +42,8 @@ impl World {
             }
         };
         let half = sky_half(direction);
-        shown * sky.scale[half].as_dvec3() + sky.veil[half].as_dvec3()
+        let [scale, veil] = self.sky.map(|halves| halves[half].as_dvec3());
+        shown * scale + veil
     }
 
     /// Radiance of all suns in a direction, each times what `weight` says of the density with which

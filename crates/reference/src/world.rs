@@ -9,11 +9,12 @@ use crate::part::{Part, Sight, TriangleInfo};
 use crate::passage::{Depth, eval_passage};
 use crate::shading::{spawn_origin, srgb_to_linear, texel_index, warp};
 use crate::triangle::{Ray, TriangleHit};
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3, Vec3};
 use scene::emitter::MovingLights;
 use scene::material::{MAX_ALBEDO, WARP_TILE};
 use scene::{
-    Camera, Instance, LightStyle, Material, PointLight, Scene, Surface, Texture, TextureId,
+    Camera, Fog, Instance, LightStyle, Material, MaterialId, PointLight, Scene, Surface, Texture,
+    TextureId,
 };
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -49,6 +50,12 @@ pub(crate) struct World {
     pub frame_lights: Vec<PointLight>,
     /// By part, the probability with which `moving` chooses it.
     pub moving_probabilities: Vec<f64>,
+    /// By material, the one that it shows.
+    pub looks: Vec<MaterialId>,
+    /// Fog.
+    pub fog: Option<Fog>,
+    /// Factor of the sky's picture, and what is before it, by halves.
+    pub sky: [[Vec3; 2]; 2],
     /// What the picture before showed, and the views of both.
     pub before: Option<Seen>,
     /// `srgb_to_linear` of each byte.
@@ -134,7 +141,10 @@ impl World {
             moving: MovingLights::default(),
             frame_lights: Vec::new(),
             moving_probabilities: Vec::new(),
+            fog: scene.fog,
+            sky: [scene.sky.scale, scene.sky.veil],
             before: None,
+            looks: (0..scene.materials.len() as u32).map(MaterialId).collect(),
             linear: std::array::from_fn(|i| srgb_to_linear(i as u8)),
             scene,
         };
@@ -225,7 +235,7 @@ impl World {
                     at: hit.at,
                 };
                 let info = self.info(hit.place);
-                let finish = &self.scene.materials[info.material as usize].finish;
+                let finish = &self.material(info).finish;
                 if self.is_hole(&hit) {
                     return false;
                 }
@@ -248,6 +258,11 @@ impl World {
         }
         let (surfaces, depth) = passed.get();
         surfaces * depth.transmittance(distance) * self.clear(distance)
+    }
+
+    /// What a triangle looks like now.
+    fn material(&self, info: &TriangleInfo) -> &Material {
+        &self.scene.materials[self.looks[info.material as usize].0 as usize]
     }
 
     fn info(&self, place: Place) -> &TriangleInfo {
@@ -306,7 +321,7 @@ impl World {
             normal: info.normal,
             front,
             error: info.error,
-            material: &self.scene.materials[info.material as usize],
+            material: self.material(info),
             uv: interpolate_uv(&info.uv, weights),
             face: info.face,
             place,
@@ -414,7 +429,7 @@ impl World {
 
     fn is_hole(&self, hit: &Hit) -> bool {
         let info = self.info(hit.place);
-        let material = &self.scene.materials[info.material as usize];
+        let material = self.material(info);
         if !material.alpha_tested {
             return false;
         }

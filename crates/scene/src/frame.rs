@@ -1,10 +1,11 @@
 //! One moment of a scene in which things move.
 
 use crate::camera::Camera;
+use crate::fog::Fog;
 use crate::light::PointLight;
 use crate::mesh::{Instance, Mesh, PoseBlend};
 use crate::{MovingEmitters, Scene};
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
 
 /// One moment of a scene: all that can differ from another moment of it.
@@ -26,6 +27,8 @@ pub struct Frame {
     /// Brightness of the light styles by number, which the scene's own lights have in this moment.
     /// Styles beyond its end have a brightness of 1.
     pub styles: Vec<f32>,
+    /// Fog in all of space.
+    pub fog: Option<Fog>,
     /// What the picture before showed. Without it nothing moves in the motion layer; it costs time, and is
     /// for pictures that have this layer.
     pub before: Option<Box<Before>>,
@@ -79,6 +82,17 @@ impl Frame {
             "the first instance of a frame is not the static world",
         )?;
         (self.instances.iter()).try_for_each(|instance| scene.check_instance(instance))?;
+        ensure(
+            self.fog == scene.fog || scene.clear_sky.is_some(),
+            "its fog is not the level's",
+        )?;
+        ensure(
+            self.fog.is_none_or(|fog| {
+                let share = fog.albedo.clamp(Vec3::ZERO, Vec3::ONE);
+                fog.extinction > 0.0 && fog.extinction.is_finite() && fog.albedo == share
+            }),
+            "fog takes no light, or gives more than it takes",
+        )?;
         if let Some(before) = &self.before {
             ensure(
                 before.instances.len() == self.instances.len(),
@@ -150,6 +164,7 @@ impl Scene {
             loose: Mesh::default(),
             lights: Vec::new(),
             styles: self.brightness.clone(),
+            fog: self.fog,
             before: None,
         }
     }

@@ -43,7 +43,7 @@ pub use light::{LightStyle, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
 pub use mesh::{Instance, Mesh, PoseBlend, SeenBy, Triangle};
-pub use sky::{Sky, Sun};
+pub use sky::{ClearSky, Sky, Sun};
 pub use sprite::PlacedSprite;
 
 use glam::{Affine3A, Vec3};
@@ -79,6 +79,8 @@ pub struct Scene {
     pub media: Media,
     /// Fog in all of space, liquids included.
     pub fog: Option<Fog>,
+    /// The sky without fog, where frames may have other fog than the level.
+    pub clear_sky: Option<ClearSky>,
     /// The level's own lightmaps, if they light it.
     pub baked: Option<BakedLight>,
     /// Light styles that the film tells apart; empty if it does not. The first one is number 0 with
@@ -325,7 +327,7 @@ impl Scene {
             fences: any(|m| m.alpha_tested),
             liquids: any(|m| m.warped),
             translucent: any(|m| m.finish.alpha < 1.0),
-            fog: self.fog.is_some(),
+            fog: self.fog.is_some() || self.clear_sky.is_some(),
             gloss: any(|m| m.finish.gloss.is_some()),
             normal_maps: any(|m| m.finish.normals.is_some()),
             sky: any(|m| m.surface == Surface::Sky),
@@ -392,6 +394,24 @@ impl Scene {
         });
         let (distance, triangle) = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (distance <= f64::from(near)).then_some(triangle)
+    }
+
+    /// [`Sky::scale`] and [`Sky::veil`] in a frame with this fog.
+    #[must_use]
+    pub fn sky_now(&self, fog: Option<Fog>) -> [[Vec3; 2]; 2] {
+        self.clear_sky
+            .map_or([self.sky.scale, self.sky.veil], |sky| sky.in_fog(fog))
+    }
+
+    /// By material, the one that it shows at a level time of `time` seconds in frames.
+    #[must_use]
+    pub fn looks(&self, time: f32) -> Vec<MaterialId> {
+        let look = |(id, material): (u32, &Material)| {
+            let frames = &material.frames;
+            let turn = bsp::miptex::turn(frames.len(), f64::from(time));
+            frames.get(turn).copied().unwrap_or(MaterialId(id))
+        };
+        (0..).zip(&self.materials).map(look).collect()
     }
 
     /// Triangles over all instances, as a ray can meet them.

@@ -66,6 +66,10 @@ pub struct Material {
     pub warped: bool,
     /// What it is besides an opaque Lambertian reflector.
     pub finish: Finish,
+    /// Materials that it shows in turn in frames, for a fifth of a second each from the level's beginning
+    /// on; empty if it shows itself. They differ in their pictures alone, which have one size, and
+    /// their [`Material::emission_weight`] is the mean of all.
+    pub frames: Vec<MaterialId>,
 }
 
 impl Material {

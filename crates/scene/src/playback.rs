@@ -7,8 +7,9 @@
 use crate::Scene;
 use crate::alias::{self, AliasModel};
 use crate::camera::{Camera, Lens};
+use crate::fog::Fog;
 use crate::frame::Frame;
-use crate::import::{Cast, CastList, CastModel, IRRADIANCE_PER_VALUE, LAMP_REACH};
+use crate::import::{Cast, CastList, CastModel, FogKeys, IRRADIANCE_PER_VALUE, LAMP_REACH};
 use crate::light::PointLight;
 use crate::material::MaterialId;
 use crate::mesh::{Instance, Mesh, SeenBy, Triangle};
@@ -29,6 +30,8 @@ pub struct Parts {
     pub colours: Vec<[u8; 2]>,
     /// Models that appear in part only, with their coverage in 255ths.
     pub faded: Vec<(String, u8)>,
+    /// Whether the fog changes.
+    pub fog: bool,
 }
 
 impl Parts {
@@ -56,6 +59,7 @@ impl Parts {
             models: std::iter::once(level.map.clone()).chain(models).collect(),
             colours: colours.into_iter().collect(),
             faded: faded.into_iter().collect(),
+            fog: level.changes_fog(),
         }
     }
 
@@ -66,6 +70,7 @@ impl Parts {
             models: &self.models,
             colours: &self.colours,
             faded: &self.faded,
+            fog: self.fog,
         }
     }
 }
@@ -157,6 +162,7 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
         loose: dots(&state.particles, &camera, cast.palette),
         lights,
         styles: state.styles.iter().map(|s| s.max(0.0)).collect(),
+        fog: fog(state, scene),
         before: None,
         camera,
     }
@@ -339,6 +345,14 @@ fn posed(
         material: Some(model.skin(usize::from(skin), time)),
         ..Instance::new(mesh, place, "")
     }
+}
+
+/// The fog that the server has asked for, or else the level's.
+fn fog(state: &State, scene: &Scene) -> Option<Fog> {
+    let Some([density, r, g, b]) = state.fog.filter(|_| scene.clear_sky.is_some()) else {
+        return scene.fog;
+    };
+    FogKeys::new(density, [r, g, b]).medium()
 }
 
 /// A light as a sphere whose irradiance is that of the engine's light where that is steepest: value

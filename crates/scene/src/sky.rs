@@ -1,5 +1,6 @@
 //! What a sky face shows: a picture by direction, and suns.
 
+use crate::fog::Fog;
 use crate::material::{MaterialId, Texture, TextureId, luminance};
 use crate::mesh::{Instance, Mesh};
 use glam::Vec3;
@@ -83,6 +84,31 @@ pub fn box_uv([x, y, z]: [f64; 3]) -> (usize, [f64; 2]) {
         (5, -y, x, far_z)
     };
     (side, [0.5 + 0.5 * across / far, 0.5 - 0.5 * up / far])
+}
+
+/// A sky that fog comes and goes before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClearSky {
+    /// [`Sky::scale`] without fog.
+    pub scale: [Vec3; 2],
+    /// Mean radiance of the picture's halves before they are scaled.
+    pub mean: [Vec3; 2],
+    /// Share of the sky that fog veils, 0 to 1.
+    pub share: f32,
+}
+
+impl ClearSky {
+    /// [`Sky::scale`] and [`Sky::veil`] before this fog.
+    #[must_use]
+    pub fn in_fog(&self, fog: Option<Fog>) -> [[Vec3; 2]; 2] {
+        let Some(fog) = fog else {
+            return [self.scale, [Vec3::ZERO; 2]];
+        };
+        [
+            self.scale.map(|scale| scale * (1.0 - self.share)),
+            [0, 1].map(|half| fog.albedo * self.scale[half] * self.mean[half] * self.share),
+        ]
+    }
 }
 
 /// A sun: a disc without distance, of the same radiance all over.

@@ -2,7 +2,7 @@
 
 use super::loose::LOOSE;
 use super::poses::Posed;
-use super::{GpuScene, light, placement};
+use super::{GpuScene, finish, light, material, placement};
 use crate::abi;
 use crate::vk::{Buffer, Error, Location, Recording, Tlas, TlasInstance, Usage};
 use glam::{Affine3A, Vec3};
@@ -157,6 +157,8 @@ impl GpuScene {
             .collect();
         let spheres: Vec<abi::Light> = frame.lights.iter().map(|l| light(l, 0.0)).collect();
         let moving_lights = self.moving_lights(frame, posed, moving);
+        let (materials, finishes) = self.looks(frame);
+        let [scale, veil] = scene.sky_now(frame.fog);
 
         let mut arrays = Arrays { bytes: Vec::new() };
         arrays.add(&[self.data]);
@@ -168,6 +170,8 @@ impl GpuScene {
             arrays.add(&light_styles),
             arrays.add(&spheres),
             arrays.add(&moving_lights),
+            arrays.add(&materials),
+            arrays.add(&finishes),
         ];
         let size = arrays.bytes.len() as u64;
         if self.moment.size() < size {
@@ -185,6 +189,8 @@ impl GpuScene {
             light_styles,
             spheres,
             moving_lights,
+            materials_now,
+            finishes_now,
         ] = places.map(|at| self.address + at);
         self.data = abi::SceneData {
             instances,
@@ -196,8 +202,18 @@ impl GpuScene {
             moving_lights,
             moving_share: moving.share,
             moving_count: moving.lights.len() as u32,
+            sky_upper: scale[0].to_array(),
+            sky_lower: scale[1].to_array(),
+            veil_upper: veil[0].to_array(),
+            veil_lower: veil[1].to_array(),
+            fog_albedo: frame.fog.map_or([0.0; 3], |f| f.albedo.to_array()),
+            fog_extinction: frame.fog.map_or(0.0, |f| f.extinction),
             ..self.data
         };
+        if !materials.is_empty() {
+            self.data.materials = materials_now;
+            self.data.finishes = finishes_now;
+        }
         let head = bytemuck::bytes_of(&self.data);
         arrays.bytes[..head.len()].copy_from_slice(head);
         let device = recording.device().clone();
@@ -233,6 +249,21 @@ impl GpuScene {
             source_offset: source_start.wrapping_sub(part.triangle_base),
             ..placement(&instance.transform)
         }
+    }
+
+    /// What materials look like in a frame; nothing if it is what they always do.
+    fn looks(&self, frame: &Frame) -> (Vec<abi::Material>, Vec<abi::Finish>) {
+        let scene = &self.scene;
+        let changes = |m: &scene::Material| !m.frames.is_empty();
+        if !scene.features.frames || !scene.materials.iter().any(changes) {
+            return (Vec::new(), Vec::new());
+        }
+        (scene.looks(frame.time).iter())
+            .map(|id| {
+                let shown = &scene.materials[id.0 as usize];
+                (material(shown, scene), finish(&shown.finish))
+            })
+            .unzip()
     }
 
     /// Where the instances of a frame were, and the loose triangles behind them, as shaders read it;
@@ -355,6 +386,7 @@ impl GpuScene {
             loose: scene::Mesh::default(),
             lights: Vec::new(),
             styles: scene.brightness.clone(),
+            fog: scene.fog,
             before: None,
         }
     }

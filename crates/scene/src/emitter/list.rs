@@ -175,10 +175,10 @@ struct Gathered {
 }
 
 impl Lister<'_> {
-    /// The map of a material; `None` where its texels do not stay where its coordinates say.
+    /// The map of a material; `None` where its texels do not stay where its coordinates say, or change.
     fn map_of(&mut self, material: MaterialId, textures: &[Texture]) -> Option<u32> {
         let material = &self.materials[material.0 as usize];
-        if material.warped || material.surface == Surface::Sky {
+        if material.warped || material.surface == Surface::Sky || !material.frames.is_empty() {
             return None;
         }
         let emission = material.emission?;

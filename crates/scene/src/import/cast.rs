@@ -3,7 +3,7 @@
 use super::models::Loaded;
 use super::surfaces::{Look, Surfaces};
 use super::world::{ENTITY_GROWTH, World, bounds, growth};
-use super::{Files, ImportError, ImportOptions};
+use super::{Files, ImportError, ImportOptions, Lighting};
 use crate::Scene;
 use crate::alias::{self, AliasModel};
 use crate::material::{Finish, Material, MaterialId, Surface, Texture};
@@ -92,6 +92,8 @@ pub struct CastList<'a> {
     pub colours: &'a [[u8; 2]],
     /// Models that appear in part only, with their coverage in 255ths.
     pub faded: &'a [(String, u8)],
+    /// Whether the fog changes; not where options ask for one.
+    pub fog: bool,
 }
 
 /// Turns a level into a scene that frames are shown of: the world alone is placed, and the models asked for
@@ -121,6 +123,8 @@ impl World<'_> {
         self.world_mesh(&mut surfaces);
         // Where the level has its brush models decides which lamps are there twice; frames place them.
         self.is_stage = true;
+        let is_physical = self.options.lighting == Lighting::Physical;
+        self.changes_fog = list.fog && is_physical && self.options.fog.is_none();
         self.brush_entities(&mut surfaces);
         let mut cast = Cast {
             models: HashMap::new(),
@@ -310,6 +314,7 @@ impl World<'_> {
             two_sided: true,
             warped: false,
             finish: Finish::default(),
+            frames: Vec::new(),
         };
         self.set.add(material, false)
     }

@@ -12,7 +12,6 @@
 use super::notes::Notes;
 use crate::fog::Fog;
 use crate::material::decode_srgb;
-use crate::sky::Sky;
 use bsp::entity::{Entity, numbers};
 use glam::Vec3;
 
@@ -35,6 +34,17 @@ pub struct FogKeys {
 }
 
 impl FogKeys {
+    /// Fog of a density and a colour; what is out of its range is the nearest that is not, and what is no
+    /// number is 0.
+    #[must_use]
+    pub fn new(density: f32, color: [f32; 3]) -> Self {
+        let within = |x: f32, most: f32| if x > 0.0 { x.min(most) } else { 0.0 };
+        Self {
+            density: within(density, MAX_FOG_DENSITY),
+            color: color.map(|x| within(x, 1.0)),
+        }
+    }
+
     /// No fog.
     pub const OFF: Self = Self {
         density: 0.0,
@@ -97,20 +107,10 @@ pub fn of_level(world: Option<&Entity>, notes: &mut Notes) -> (FogKeys, f32) {
     (keys, share)
 }
 
-/// Draws fog over this share of the sky's picture: fog beyond the level, which the sky lights evenly.
-/// `mean` is the mean radiance of the picture's halves before they are scaled. Suns are left as they
-/// are: their keys say what arrives of them.
-pub fn veil(sky: &mut Sky, mean: [Vec3; 2], fog: Fog, share: f32) {
-    let halves = sky.scale.iter_mut().zip(&mut sky.veil);
-    for ((scale, veil), mean) in halves.zip(mean) {
-        *veil = fog.albedo * *scale * mean * share;
-        *scale *= 1.0 - share;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sky::ClearSky;
 
     #[test]
     fn the_key_is_read_as_engines_do() {
@@ -151,17 +151,22 @@ mod tests {
 
     #[test]
     fn a_white_veil_keeps_the_mean_of_the_sky() {
-        let mean = [Vec3::new(0.2, 0.3, 0.4), Vec3::ONE];
-        let mut sky = Sky {
+        let sky = ClearSky {
             scale: [Vec3::splat(2.0), Vec3::splat(3.0)],
-            ..Sky::default()
+            mean: [Vec3::new(0.2, 0.3, 0.4), Vec3::ONE],
+            share: 0.75,
         };
-        let fog = FogKeys::read("1 1 1 1").0.medium().unwrap();
-        veil(&mut sky, mean, fog, 0.75);
-        for (half, scale) in [2.0, 3.0].into_iter().enumerate() {
-            let seen = sky.scale[half] * mean[half] + sky.veil[half];
-            assert!((seen - scale * mean[half]).abs().max_element() < 1e-6);
+        let [scale, veil] = sky.in_fog(FogKeys::read("1 1 1 1").0.medium());
+        for half in 0..2 {
+            let seen = scale[half] * sky.mean[half] + veil[half];
+            assert!(
+                (seen - sky.scale[half] * sky.mean[half])
+                    .abs()
+                    .max_element()
+                    < 1e-6
+            );
         }
-        assert_eq!(sky.scale[0], Vec3::splat(0.5));
+        assert_eq!(scale[0], Vec3::splat(0.5));
+        assert_eq!(sky.in_fog(None), [sky.scale, [Vec3::ZERO; 2]]);
     }
 }

@@ -512,6 +512,7 @@ impl World<'_> {
             two_sided: painting.two_sided,
             warped: false,
             finish,
+            frames: Vec::new(),
         };
         match options.lighting {
             Lighting::Physical

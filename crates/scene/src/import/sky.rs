@@ -5,11 +5,11 @@
 //! the sky and each channel by itself. It is never darkened, and a picture too dark for that makes
 //! way for a plain sky.
 
+use super::Files;
 use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
 use super::surfaces::{FaceSurface, MaterialSet};
-use super::{Files, fog};
 use crate::material::{Finish, Material, Surface, Texture, TextureId, luminance, srgb_to_linear};
 use crate::sky::{BOX_SIDES, Sky, SkyKind, box_texel, box_uv};
 use bsp::Limits;
@@ -43,10 +43,9 @@ pub fn surface(
         None => {
             set.sky_name = Some(name.to_owned());
             set.sky = sky(picture, name, set, notes);
-            if let Some((fog, share)) = set.fog {
-                let mean = mean_radiance(set);
-                fog::veil(&mut set.sky, mean, fog, share);
-            }
+            set.clear_sky.scale = set.sky.scale;
+            set.clear_sky.mean = mean_radiance(set);
+            [set.sky.scale, set.sky.veil] = set.clear_sky.in_fog(set.fog);
         }
         Some(first) if first != name => notes.add("second sky", || {
             format!("sky texture {name:?} shows the sky of {first:?}: a level has one sky")
@@ -72,6 +71,7 @@ pub fn surface(
         two_sided: false,
         warped: false,
         finish: Finish::default(),
+        frames: Vec::new(),
     };
     FaceSurface {
         kind: NameKind::Sky,

@@ -10,7 +10,7 @@ use super::translucent::{self, GLASS_ALPHA, LiquidAlphas};
 use super::{ImportOptions, LightMode, Lighting};
 use crate::Fog;
 use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
-use crate::sky::Sky;
+use crate::sky::{ClearSky, Sky};
 use bsp::Bsp;
 use bsp::lmp::Palette;
 use bsp::miptex::Animation;
@@ -35,8 +35,10 @@ pub struct MaterialSet {
     pub sky: Sky,
     /// Radiance that the level asks of the upper and the lower half of the sky; 0 where it does not.
     pub domes: [Vec3; 2],
-    /// The level's fog, and the share of the sky that is fogged.
-    pub fog: Option<(Fog, f32)>,
+    /// The level's fog.
+    pub fog: Option<Fog>,
+    /// The sky without it; of a level without sky, the share alone that would be fogged.
+    pub clear_sky: ClearSky,
     /// The pictures of the level's skybox, until the sky is made of them.
     pub skybox: Option<Vec<Texture>>,
     /// Texels that emit, over all emission pictures.
@@ -63,6 +65,7 @@ impl MaterialSet {
             sky: Sky::default(),
             domes,
             fog: None,
+            clear_sky: ClearSky::default(),
             skybox: None,
             emissive_texels: 0,
             fills: BTreeMap::new(),
@@ -176,12 +179,71 @@ impl<'a> Surfaces<'a> {
         options: &ImportOptions,
         notes: &mut Notes,
     ) -> FaceSurface {
-        let texture_at = |i: usize| self.bsp.textures.get(i).and_then(Option::as_ref);
+        let cycle = index.map_or(&[][..], |i| self.animation.cycle(i, look.alternate));
+        if options.frames && cycle.len() > 1 {
+            return self.make_cycle(index, cycle, look, set, options, notes);
+        }
         let shown = index.map(|i| {
             self.animation
                 .frame_at(i, f64::from(options.time), look.alternate)
         });
-        let (Some(named), Some(shown)) = (index.and_then(texture_at), shown.and_then(texture_at))
+        self.make_shown([index, shown], look, set, options, notes)
+    }
+
+    /// A surface that shows one texture after the other.
+    fn make_cycle(
+        &self,
+        index: Option<usize>,
+        cycle: &[u32],
+        look: Look,
+        set: &mut MaterialSet,
+        options: &ImportOptions,
+        notes: &mut Notes,
+    ) -> FaceSurface {
+        let mut all: Vec<FaceSurface> = Vec::with_capacity(cycle.len());
+        for &texture in cycle {
+            let mut surface =
+                self.make_shown([index, Some(texture as usize)], look, set, options, notes);
+            // Coordinates are those of the first one's size.
+            if let Some(first) = all.first().filter(|first| first.size != surface.size) {
+                notes.add("frames of different sizes", || {
+                    let name = &set.materials[first.material.0 as usize].name;
+                    format!("frames of texture {name:?} have different sizes: not all of them play")
+                });
+                surface = *first;
+            }
+            all.push(surface);
+        }
+        let first = all[0];
+        let frames: Vec<MaterialId> = all.iter().map(|s| s.material).collect();
+        // They are one light, whose texels come and go.
+        let of = |id: &MaterialId| id.0 as usize;
+        let weights = frames
+            .iter()
+            .map(|id| set.materials[of(id)].emission_weight);
+        let mean = weights.sum::<f32>() / frames.len() as f32;
+        let lamp = frames.iter().any(|id| set.lamps[of(id)]);
+        for id in &frames {
+            set.materials[of(id)].emission_weight = mean;
+            set.lamps[of(id)] = lamp;
+        }
+        if first.kind != NameKind::Tool && first.kind != NameKind::Sky {
+            set.materials[of(&first.material)].frames = frames;
+        }
+        first
+    }
+
+    /// The surface of a texture, while it shows that one or another.
+    fn make_shown(
+        &self,
+        [named, shown]: [Option<usize>; 2],
+        look: Look,
+        set: &mut MaterialSet,
+        options: &ImportOptions,
+        notes: &mut Notes,
+    ) -> FaceSurface {
+        let texture_at = |i: usize| self.bsp.textures.get(i).and_then(Option::as_ref);
+        let (Some(named), Some(shown)) = (named.and_then(texture_at), shown.and_then(texture_at))
         else {
             return missing("no texture", NameKind::Plain, set, options, notes);
         };
@@ -253,6 +315,7 @@ impl<'a> Surfaces<'a> {
             two_sided: kind.is_liquid(),
             warped: kind.is_liquid(),
             finish,
+            frames: Vec::new(),
         };
         match options.lighting {
             Lighting::Physical if options.lights != LightMode::Entities => {
@@ -321,6 +384,7 @@ fn missing(
         two_sided: kind.is_liquid(),
         warped: kind.is_liquid(),
         finish: Finish::default(),
+        frames: Vec::new(),
     };
     FaceSurface {
         kind,

@@ -73,6 +73,8 @@ pub struct World<'a> {
     brush_meshes: BTreeMap<(usize, LookKey), Option<usize>>,
     /// Whether frames place all but the world itself.
     pub(super) is_stage: bool,
+    /// Frames may have other fog than the level.
+    pub(super) changes_fog: bool,
 }
 
 impl<'a> World<'a> {
@@ -93,8 +95,8 @@ impl<'a> World<'a> {
         // Lightmaps and the textures know of no fog, and pictures of them are to be compared.
         if options.lighting == Lighting::Physical {
             let (keys, share) = fog::of_level(level.entities.first(), &mut notes);
-            let medium = options.fog.unwrap_or(keys).medium();
-            set.fog = medium.map(|fog| (fog, options.sky_fog.unwrap_or(share)));
+            set.fog = options.fog.unwrap_or(keys).medium();
+            set.clear_sky.share = options.sky_fog.unwrap_or(share);
         }
         set.skybox = (level.entities.first())
             .and_then(|world| world.get_any(&["sky", "skyname", "qlsky"]))
@@ -119,6 +121,7 @@ impl<'a> World<'a> {
             files_of_meshes: Vec::new(),
             brush_meshes: BTreeMap::new(),
             is_stage: false,
+            changes_fog: false,
         }
     }
 
@@ -413,7 +416,8 @@ impl<'a> World<'a> {
             cells,
             lights,
             media,
-            fog: self.set.fog.map(|(fog, _)| fog),
+            fog: self.set.fog,
+            clear_sky: self.changes_fog.then_some(self.set.clear_sky),
             baked: (self.baked).map(|b| b.light(self.meshes.iter().zip(self.files_of_meshes))),
             meshes: self.meshes,
             instances: self.instances,

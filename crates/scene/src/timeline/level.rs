@@ -201,6 +201,11 @@ pub(super) struct WeaponKey {
 }
 
 impl Level {
+    /// Whether the server changes the fog.
+    pub fn changes_fog(&self) -> bool {
+        !self.fogs.is_empty()
+    }
+
     /// Every model that entities, statics and the player's hand ever show, with the opacity that it has.
     pub(crate) fn shown(&self) -> impl Iterator<Item = (u16, f32)> {
         let keys = self.tracks.iter().flat_map(|t| &t.keys);

@@ -373,6 +373,7 @@ fn a_demo_s_models_become_meshes_that_frames_place() {
         models: &names,
         colours: &[[4, 13]],
         faded: &[],
+        fog: false,
     };
     let options = ImportOptions::default();
     let (scene, cast) =
@@ -459,6 +460,7 @@ fn every_real_model_joins_a_cast() {
         models: &models,
         colours: &[],
         faded: &[],
+        fog: false,
     };
     let options = ImportOptions::default();
     let (scene, cast) = import_cast(&level, &palette, &files, &options, list).expect("a cast");

@@ -1,9 +1,9 @@
 //! Textures, liquids, fences, skies and time.
 
-use crate::common::{compile, room, scene_of};
+use crate::common::{WHITE, compile, room, scene_of};
 use scene::import::ImportOptions;
 use scene::sky::SkyKind;
-use scene::{Material, Scene};
+use scene::{Material, MaterialId, Scene};
 
 fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
     let found = scene.materials.iter().find(|m| m.name == name);
@@ -137,6 +137,47 @@ fn animated_textures_show_the_frame_of_the_moment() {
         scene.textures[base.0 as usize].rgba[0][0]
     };
     assert_eq!([shown(0.0), shown(0.39), shown(0.81)], [10, 20, 10]);
+}
+
+#[test]
+fn scenes_of_frames_have_all_frames_of_animated_textures() {
+    let mut map = room();
+    for (frame, index) in [(0, 10), (1, 20), (2, WHITE)] {
+        map.texture(mapc::Texture::solid(&format!("+{frame}x"), 16, 16, index));
+    }
+    // A face may name any of them, and the last one shines.
+    map.texture(mapc::Texture::solid("+ax", 16, 16, 50));
+    map.brush_box([0.0; 3], [32.0, 32.0, 32.0], "+1x");
+    let options = ImportOptions {
+        frames: true,
+        ..ImportOptions::default()
+    };
+    let scene = scene_of(&map, &options);
+    let id = (0..)
+        .zip(&scene.materials)
+        .find_map(|(i, m)| (!m.frames.is_empty()).then_some(i))
+        .expect("an animated material");
+    let shown = |time| -> MaterialId { scene.looks(time)[id] };
+    let frames = &scene.materials[id].frames;
+    for (time, turn) in [(0.0, 0), (0.39, 1), (0.41, 2), (0.6, 0)] {
+        assert_eq!(shown(time), frames[turn], "{time}");
+    }
+    let grey = |turn: usize| {
+        let base = scene.materials[frames[turn].0 as usize].base;
+        scene.textures[base.0 as usize].rgba[0][0]
+    };
+    assert_eq!([grey(0), grey(1)], [10, 20]);
+    let of = |i: usize| &scene.materials[frames[i].0 as usize];
+    assert!(of(0).emission.is_none() && of(2).emission.is_some());
+    assert!(of(0).emission_weight > 0.0);
+    assert_eq!(of(0).emission_weight, of(2).emission_weight);
+    // All of its faces are lights, whichever frame they show.
+    let triangles = &scene.meshes[0].triangles;
+    let on_it = triangles
+        .iter()
+        .filter(|t| t.material.0 as usize == id)
+        .count();
+    assert!(on_it > 0 && scene.emitters.sources.len() >= on_it);
 }
 
 #[test]

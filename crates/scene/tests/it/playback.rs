@@ -276,6 +276,32 @@ fn weapons_in_hand_stick_in_no_wall() {
 }
 
 #[test]
+fn what_moved_is_known_from_one_frame_to_the_next() {
+    let stage = stage();
+    let (before, mut now) = (stage.at(0.15, &PLAYER_EYE), stage.at(0.25, &PLAYER_EYE));
+    now.follow(&before);
+    now.check(&stage.scene).expect("a frame");
+    let past = now.before.as_ref().expect("the frame before");
+    for (instance, past) in now.instances.iter().zip(&past.instances) {
+        let was = (before.instances.iter()).find(|i| i.name == instance.name);
+        match instance.name.as_str() {
+            // The door goes up by ten units a second.
+            name if name == MODELS[1] => {
+                let way =
+                    instance.transform.translation - past.expect("a door").transform.translation;
+                assert!((way.z - 1.0).abs() < 1e-3, "{way}");
+            }
+            name if name == MODELS[3] || name == MODELS[4] => {}
+            _ => {
+                let was = was.expect("it was there");
+                let moved = was.transform != instance.transform || was.pose != instance.pose;
+                assert_eq!(past.is_some(), moved, "{}", instance.name);
+            }
+        }
+    }
+}
+
+#[test]
 fn missing_models_are_told_of_and_left_out() {
     let stage = stage();
     assert!(!stage.cast.models.contains_key(MODELS[6]));

@@ -86,6 +86,7 @@ pub fn level_hash(scene: &Scene) -> String {
         lights,
         media,
         fog,
+        clear_sky: _,
         baked,
         styles,
         sky,
@@ -242,6 +243,7 @@ fn hash_material(h: &mut Hasher, material: &Material) {
         two_sided,
         warped,
         finish,
+        frames,
     } = material;
     h.int(match surface {
         Surface::Diffuse => 0,
@@ -256,6 +258,9 @@ fn hash_material(h: &mut Hasher, material: &Material) {
     // Plain surfaces keep the number they had before there were others.
     if *finish != Finish::default() {
         hash_finish(h, finish);
+    }
+    for shown in frames {
+        h.int(shown.0.into());
     }
 }
 
