@@ -67,3 +67,86 @@ impl AnyRenderer for Shutter<'_> {
         self.inner.film()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::Camera;
+    use std::cell::RefCell;
+
+    /// Remembers the times that it is shown, once for each sample.
+    #[derive(Default)]
+    struct Fake {
+        time: f32,
+        seen: Vec<f32>,
+    }
+
+    impl AnyRenderer for Fake {
+        fn accumulate(&mut self, samples: u32) -> Result<()> {
+            self.seen.extend((0..samples).map(|_| self.time));
+            Ok(())
+        }
+
+        fn accumulate_per_pixel(&mut self, _: &[u32]) -> Result<()> {
+            unreachable!("pixels are treated alike")
+        }
+
+        fn show(&mut self, frame: &Frame) -> Result<()> {
+            self.time = frame.time;
+            Ok(())
+        }
+
+        fn restart(&mut self, _: u64) -> Result<()> {
+            Ok(())
+        }
+
+        fn film(&mut self) -> Result<Film> {
+            Ok(Film::default())
+        }
+    }
+
+    fn seen(calls: &[u32], seed: u64) -> Vec<f32> {
+        let asked = RefCell::new(0);
+        let camera = Camera {
+            name: String::new(),
+            position: [0.0; 3].into(),
+            pitch_deg: 0.0,
+            yaw_deg: 0.0,
+            roll_deg: 0.0,
+            fov_deg: 90.0,
+            lens: None,
+        };
+        let scene = scene::Scene::default();
+        let moment = |share: f64| {
+            *asked.borrow_mut() += 1;
+            Ok(scene.as_frame(&camera, share as f32))
+        };
+        let mut fake = Fake::default();
+        let mut shutter = Shutter::new(&mut fake, &moment, seed);
+        calls.iter().for_each(|n| shutter.accumulate(*n).unwrap());
+        assert_eq!(*asked.borrow(), calls.iter().sum::<u32>());
+        fake.seen
+    }
+
+    #[test]
+    fn samples_are_spread_evenly_over_the_time_that_is_open() {
+        let all = seen(&[64], 1);
+        // However they are split into calls.
+        assert_eq!(all, seen(&[1, 3, 40, 20], 1));
+        // After any number of them, no part of the time has many more than its share.
+        for n in [5, 16, 64] {
+            let mut sorted = all[..n].to_vec();
+            sorted.sort_by(f32::total_cmp);
+            for (i, share) in sorted.iter().enumerate() {
+                let expected = (i as f32 + 0.5) / n as f32;
+                assert!((share - expected).abs() < 1.5 / n as f32, "{n}: {sorted:?}");
+            }
+        }
+        // Over all seeds each sample is anywhere alike.
+        let mean: f32 = (0..1000).map(|seed| seen(&[1], seed)[0]).sum::<f32>() / 1000.0;
+        assert!(
+            (mean - 0.5).abs() < 5.0 / (12.0_f32 * 1000.0).sqrt(),
+            "{mean}"
+        );
+    }
+}

@@ -5,6 +5,7 @@
 
 use super::Style;
 use crate::tonemap::display;
+use rayon::prelude::*;
 use scene::render::Film;
 
 /// What the game does to the whole screen.
@@ -51,9 +52,9 @@ pub fn codes(film: &Film, style: &Style) -> Vec<[u8; 3]> {
     };
     let tinted = |c: [f32; 3]| [byte(c[0], r), byte(c[1], g), byte(c[2], b)];
     if shown == [1.0; 2] {
-        return film.beauty.iter().map(|p| tinted(shade(p))).collect();
+        return film.beauty.par_iter().map(|p| tinted(shade(p))).collect();
     }
-    let plain: Vec<[f32; 3]> = film.beauty.iter().map(shade).collect();
+    let plain: Vec<[f32; 3]> = film.beauty.par_iter().map(shade).collect();
     let (width, height) = (film.width as usize, film.height as usize);
     let across = Weights::of(width, shown[0]);
     let down = Weights::of(height, shown[1]);
