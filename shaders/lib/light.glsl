@@ -122,8 +122,9 @@ LightSample sample_emitter(uint number, uint instance_word, float chosen, uint c
     } else if (cos_light > 0.0 || (material.flags & MATERIAL_TWO_SIDED) != 0u) {
         s.emission = emission_at(material, texel_uv(material, interpolate_uv(t, b)));
     }
-    // A density that rounds to nothing can't be divided by.
-    if (cos_light == 0.0 || !(s.pdf > 0.0)) s.emission = vec3(0.0);
+    // A density that rounds to nothing can't be divided by; that of a triangle which a pose collapses has
+    // no end.
+    if (cos_light == 0.0 || !(s.pdf > 0.0) || isinf(s.pdf)) s.emission = vec3(0.0);
     return s;
 }
 

@@ -9,7 +9,7 @@ use runelight_tests::stats::ZTest;
 use scene::camera::ViewBasis;
 use scene::frame::Past;
 use scene::render::{Estimator, Film, Settings};
-use scene::{ClearSky, Fog, Frame, Instance, PointLight, PoseBlend, Scene};
+use scene::{ClearSky, Fog, Frame, Instance, MaterialId, PointLight, PoseBlend, Scene};
 use std::sync::Arc;
 
 /// The `id` of the room's skylight.
@@ -72,6 +72,31 @@ fn what_was_shown_before_leaves_no_trace() {
     let films = render_moments(device(), &scene, &view(Estimator::Mis, 0), &pictures);
     assert_eq!(fresh.beauty, films[2].beauty);
     assert_eq!(fresh.counters, films[2].counters);
+}
+
+/// Real models have poses in which a triangle that shines is a line.
+#[test]
+fn what_a_pose_collapses_gives_no_light() {
+    let mut scene = Arc::unwrap_or_clone(moving_room());
+    // One of the axes' ends falls on another: two faces collapse, and two become one.
+    let collapsed = &mut scene.meshes[BLOB].poses[1];
+    collapsed[0] = collapsed[2];
+    let mut frame = moment(&scene, 0.1, false);
+    let blobs = frame.instances.iter_mut().filter(|i| i.mesh == BLOB);
+    for blob in blobs {
+        let to = 1;
+        blob.pose = PoseBlend { from: 1, to, fraction: 0.0 };
+        blob.material = Some(MaterialId(2));
+    }
+    let scene = Arc::new(scene);
+    for estimator in [Estimator::Mis, Estimator::Nee] {
+        let view = view(estimator, 3);
+        let moments = vec![(frame.clone(), 32)];
+        let film = render_moments(device(), &scene, &view, &[(3, moments)]).remove(0);
+        assert_eq!(film.counters.nonfinite, 0, "{}", estimator.name());
+        let bright = film.beauty.iter().flatten().fold(0.0, |a: f32, b| a.max(*b));
+        assert!(bright > 0.0 && bright.is_finite());
+    }
 }
 
 #[test]

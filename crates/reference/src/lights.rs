@@ -348,6 +348,10 @@ fn sample_emitter(
     let emitters = world.emitters_of(part)?;
     let emitter = &emitters.list[number as usize];
     let light = world.sample_emitter_point(part, emitter, u, place.position)?;
+    // Poses can collapse a triangle that has an area in the one that emitters are listed in.
+    if light.area <= 0.0 {
+        return None;
+    }
     let to_light = light.position - place.position;
     let distance2 = to_light.length_squared();
     let direction = to_light / distance2.sqrt();
