@@ -60,7 +60,7 @@ fn fences_have_holes_stand_last_and_holes_do_not_emit() {
     let mut map = room();
     map.texture(mapc::Texture::from_fn("{grate", 32, 32, |x, _| match x {
         0..8 => 255,
-        8..16 => crate::common::WHITE,
+        8..16 => WHITE,
         _ => 100,
     }));
     map.brush_entity(

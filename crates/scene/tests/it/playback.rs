@@ -8,7 +8,7 @@ use bsp::{Level, Limits, SearchPath, Warnings};
 use glam::Vec3;
 use mapc::Brush;
 use mapc::demo::{Client, DemoWriter, Dialect, Entity};
-use scene::import::{Cast, CastModel, ImportOptions, import_cast};
+use scene::import::{Cast, CastModel, FogKeys, ImportOptions, import_cast};
 use scene::mesh::SeenBy;
 use scene::playback::{Eye, Parts, frame};
 use scene::timeline::{Options, Timeline, Unseen};
@@ -36,6 +36,10 @@ struct Stage {
 }
 
 fn stage() -> Stage {
+    stage_of(&ImportOptions::default())
+}
+
+fn stage_of(options: &ImportOptions) -> Stage {
     let mut w = DemoWriter::new(
         Dialect {
             protocol: 666,
@@ -82,6 +86,9 @@ fn stage() -> Stage {
             weapon: 4,
             ..Client::default()
         });
+        if i == 3 {
+            w.fog(51, [255, 0, 51], 0);
+        }
         if i == 2 {
             w.beam(5, 1, [0.0; 3], [256.0, 456.0, 40.0]);
             w.particles([256.0, 300.0, 60.0], [0; 3], 20, 73);
@@ -109,9 +116,8 @@ fn stage() -> Stage {
     };
     let parts = Parts::of(&timeline, 0);
     assert_eq!(parts.colours, [[1, 2], [4, 13]]);
-    let options = ImportOptions::default();
     let (scene, cast) =
-        import_cast(&level, &palette(), &files, &options, parts.list()).expect("a stage");
+        import_cast(&level, &palette(), &files, options, parts.list()).expect("a stage");
     Stage {
         timeline,
         scene,
@@ -299,6 +305,23 @@ fn what_moved_is_known_from_one_frame_to_the_next() {
             }
         }
     }
+}
+
+#[test]
+fn frames_are_in_the_fog_that_the_server_sets() {
+    let stage = stage();
+    assert!(stage.scene.features.fog && stage.scene.fog.is_none());
+    assert_eq!(stage.at(0.15, &PLAYER_EYE).fog, None);
+    let fog = stage.at(0.35, &PLAYER_EYE).fog.expect("fog");
+    assert_eq!(Some(fog), FogKeys::new(0.2, [1.0, 0.0, 0.2]).medium());
+    // Fog that options ask for stays.
+    let asked = ImportOptions {
+        fog: Some(FogKeys::OFF),
+        ..ImportOptions::default()
+    };
+    let stage = stage_of(&asked);
+    assert!(!stage.scene.features.fog);
+    assert_eq!(stage.at(0.35, &PLAYER_EYE).fog, None);
 }
 
 #[test]
