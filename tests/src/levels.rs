@@ -2,6 +2,7 @@
 
 use bsp::lmp::Palette;
 use bsp::{Level, Limits, SearchPath};
+use runelight::bundled;
 use scene::Scene;
 use scene::import::{ImportOptions, LightMode, import};
 use std::error::Error;
@@ -77,15 +78,9 @@ pub fn load_with(
 /// When it can't be read.
 #[must_use]
 pub fn sample(lights: LightMode) -> Arc<Scene> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/sample");
-    let read = |name: &str| std::fs::read(folder.join(name)).expect("a bundled file");
-    let search = SearchPath::builder().build().expect("an empty search path");
-    let bytes = read("sample.bsp");
-    let level = Level::from_bytes(&search, "sample", bytes, &Limits::default()).expect("a level");
-    let palette = Palette::parse(&read("palette.lmp")).expect("a palette");
-    let options = ImportOptions {
-        lights,
-        ..ImportOptions::default()
-    };
-    Arc::new(import(&level, &palette, &|_: &str| None, &options).expect("a scene"))
+    let search = SearchPath::builder()
+        .built_in(bundled::FILES)
+        .build()
+        .expect("the bundled files");
+    load(&search, "maps/sample.bsp", lights).expect("a scene")
 }

@@ -1,11 +1,11 @@
-//! `cargo xtask sample`: rebuilds the bundled level from its source.
+//! `cargo xtask sample`: rebuilds the bundled level, its models and its demo from their source.
 
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
 /// Compiles `assets/sample/sample.map` with the textures and the palette drawn by
-/// [`mapc::sample`], and writes `sample.bsp` and `palette.lmp` beside it.
+/// [`mapc::sample`], and writes `sample.bsp` and `palette.lmp` beside it, with the models and the demo.
 ///
 /// # Errors
 /// The map cannot be read or compiled, or a file cannot be written; files already there are
@@ -21,6 +21,11 @@ pub fn run() -> Result<(), Box<dyn Error>> {
     }
     write(&folder.join("sample.bsp"), &level.bytes)?;
     write(&folder.join("palette.lmp"), &mapc::sample::palette())?;
+    write(&folder.join("sample.dem"), &mapc::sample::demo(&text)?)?;
+    fs::create_dir_all(folder.join("progs"))?;
+    for (name, bytes) in mapc::sample::models() {
+        write(&folder.join(name), &bytes)?;
+    }
     Ok(())
 }
 

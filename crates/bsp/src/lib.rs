@@ -38,5 +38,5 @@ pub use bsp::Bsp;
 pub use cycle::Cycle;
 pub use error::{ErrorKind, FormatError, Limits, Warning, WarningKind, Warnings};
 pub use level::Level;
-pub use search::{LoadError, SearchPath};
+pub use search::{BuiltIn, LoadError, SearchPath};
 pub use sniff::{FileKind, sniff};

@@ -73,10 +73,14 @@ pub struct Found {
     pub game: Option<String>,
 }
 
+/// Files that a program brings along: names (lowercase, `/`) and bytes.
+pub type BuiltIn = &'static [(&'static str, &'static [u8])];
+
 #[derive(Debug)]
 enum Source {
     Pak(PakFile),
     Directory(PathBuf),
+    BuiltIn(BuiltIn),
 }
 
 #[derive(Debug)]
@@ -101,6 +105,7 @@ pub struct SearchPathBuilder {
     basedirs: Vec<PathBuf>,
     games: Vec<String>,
     paks: Vec<PathBuf>,
+    built_in: BuiltIn,
     files_first: bool,
     limits: Limits,
 }
@@ -125,6 +130,13 @@ impl SearchPathBuilder {
     #[must_use]
     pub fn pak(mut self, path: impl Into<PathBuf>) -> Self {
         self.paks.push(path.into());
+        self
+    }
+
+    /// Adds files that the program brings along; they are searched before all others.
+    #[must_use]
+    pub fn built_in(mut self, files: BuiltIn) -> Self {
+        self.built_in = files;
         self
     }
 
@@ -191,6 +203,9 @@ impl SearchPathBuilder {
                     OpenError::Format(e) => e.into(),
                 })?;
             path.push(Source::Pak(file), priority, None);
+        }
+        if !self.built_in.is_empty() {
+            path.push(Source::BuiltIn(self.built_in), priority + 1, None);
         }
         path.places.reverse();
         Ok(path)
@@ -378,6 +393,10 @@ impl SearchPath {
                     );
                 }
                 Source::Directory(dir) => list_directory(dir, "", &prefix, 0, &mut names),
+                Source::BuiltIn(files) => {
+                    let files = files.iter().map(|(name, _)| (*name).to_owned());
+                    names.extend(files.filter(|n| n.starts_with(&prefix)));
+                }
             }
         }
         names.into_iter().collect()
@@ -426,11 +445,20 @@ fn list_directory(
     }
 }
 
+/// Where files that the program brings along are, for people.
+const BUILT_IN: &str = "the bundled files";
+
+fn built_in(files: BuiltIn, name: &str) -> Option<&'static [u8]> {
+    let found = files.iter().find(|f| f.0.eq_ignore_ascii_case(name));
+    found.map(|f| f.1)
+}
+
 impl Place {
     fn label(&self) -> String {
         match &self.source {
             Source::Pak(pak) => pak.path().display().to_string(),
             Source::Directory(dir) => dir.display().to_string(),
+            Source::BuiltIn(_) => BUILT_IN.to_owned(),
         }
     }
 
@@ -438,6 +466,7 @@ impl Place {
         match &self.source {
             Source::Pak(pak) => pak.directory().find(name).is_some(),
             Source::Directory(dir) => resolve(dir, name).is_some_and(|p| p.is_file()),
+            Source::BuiltIn(files) => built_in(files, name).is_some(),
         }
     }
 
@@ -462,6 +491,12 @@ impl Place {
                     return Ok(None);
                 };
                 (read_file(&path, limits)?, path.display().to_string())
+            }
+            Source::BuiltIn(files) => {
+                let Some(bytes) = built_in(files, name) else {
+                    return Ok(None);
+                };
+                (bytes.to_vec(), format!("{BUILT_IN}:{name}"))
             }
         };
         Ok(Some(Found {

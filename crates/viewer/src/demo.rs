@@ -1,5 +1,6 @@
 //! Demos by their names on the command line, and what they hold.
 
+use crate::bundled;
 use crate::cli::Global;
 use crate::level::search_path;
 use anyhow::{Context as _, Result, bail};
@@ -10,11 +11,14 @@ use scene::timeline::Timeline;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// The bytes of a demo: a file, or a name to look up, with or without `.dem`.
+/// The bytes of a demo: a file, or a name to look up, with or without `.dem`; `None` is the bundled demo.
 ///
 /// # Errors
 /// When there is none, or it cannot be read.
-pub fn read(wanted: &str, global: &Global) -> Result<Vec<u8>> {
+pub fn read(wanted: Option<&str>, global: &Global) -> Result<Vec<u8>> {
+    let Some(wanted) = wanted else {
+        return Ok(bundled::DEMO.to_vec());
+    };
     let path = Path::new(wanted);
     if path.is_file() {
         let size = path.metadata().map_or(0, |m| m.len());

@@ -1,9 +1,11 @@
 //! A level by its name on the command line: a file, a name in the search path, or the bundled one.
 
 use crate::Usage;
+use crate::bundled;
 use crate::cli::Global;
 use anyhow::{Context as _, Result, bail};
 use bsp::lmp::Palette;
+use bsp::search::SearchPathBuilder;
 use bsp::{Level, Limits, SearchPath};
 use scene::Scene;
 use scene::import::{Cast, CastList, Files, ImportOptions, import_cast};
@@ -15,22 +17,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Where the game has its colours.
 const PALETTE: &str = "gfx/palette.lmp";
 
-const SAMPLE_NAME: &str = "sample";
-const SAMPLE: &[u8] = include_bytes!(concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../../assets/sample/sample.bsp"
-));
-const SAMPLE_PALETTE: &[u8] = include_bytes!(concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../../assets/sample/palette.lmp"
-));
-
 /// Where files are looked up, as the options say.
 ///
 /// # Errors
 /// When a directory or PAK of the options is missing or is none.
 pub fn search_path(global: &Global) -> Result<SearchPath> {
-    let mut builder = SearchPath::builder();
+    search(global, SearchPath::builder())
+}
+
+fn search(global: &Global, mut builder: SearchPathBuilder) -> Result<SearchPath> {
     if let Some(dir) = &global.basedir {
         builder = builder.basedir(dir);
     } else if let Some(game) = global.game.first() {
@@ -70,14 +65,18 @@ pub struct Loaded {
 }
 
 impl Source {
-    /// The level `wanted`: a file, a name to look up, or `None` for the bundled sample.
+    /// The level `wanted`: a file, a name to look up, or `None` for the bundled sample, whose own models
+    /// come before those of a game.
     ///
     /// # Errors
     /// When the search path cannot be built.
     pub fn new(wanted: Option<&str>, global: &Global) -> Result<Self> {
         Ok(Self {
             wanted: wanted.map(str::to_owned),
-            search: search_path(global)?,
+            search: match wanted {
+                Some(_) => search_path(global)?,
+                None => search(global, SearchPath::builder().built_in(bundled::FILES))?,
+            },
         })
     }
 
@@ -86,7 +85,7 @@ impl Source {
     pub fn name(&self) -> String {
         self.wanted
             .as_deref()
-            .map_or(SAMPLE_NAME.to_owned(), |wanted| {
+            .map_or(bundled::NAME.to_owned(), |wanted| {
                 let file = wanted.rsplit(['/', '\\']).next().unwrap_or(wanted);
                 let stem = Path::new(file).file_stem();
                 stem.map_or(file.to_owned(), |s| s.to_string_lossy().into_owned())
@@ -99,11 +98,11 @@ impl Source {
     /// # Errors
     /// When the search path cannot be built, or has no such level.
     pub fn of_demo(map: &str, global: &Global) -> Result<Self> {
-        let mut source = Self::new(Some(map), global)?;
+        let source = Self::new(Some(map), global)?;
         if source.search.exists(map) {
             return Ok(source);
         }
-        if map != format!("maps/{SAMPLE_NAME}.bsp") {
+        if map != format!("maps/{}.bsp", bundled::NAME) {
             let where_to = if source.search.is_empty() {
                 "give the Quake directory with --basedir, or PAKs and directories with --pak"
             } else {
@@ -111,8 +110,7 @@ impl Source {
             };
             bail!("the demo plays in {map}, which is not there; {where_to}");
         }
-        source.wanted = None;
-        Ok(source)
+        Self::new(None, global)
     }
 
     /// Reads the level.
@@ -122,7 +120,7 @@ impl Source {
     pub fn load(self) -> Result<Loaded> {
         let limits = Limits::default();
         let Some(wanted) = &self.wanted else {
-            return bundled(self.search, &limits);
+            return sample(self.search, &limits);
         };
         if self.search.is_empty() && !Path::new(wanted).is_file() {
             bail!(
@@ -216,10 +214,10 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 }
 
 /// The sample level with its own palette.
-fn bundled(search: SearchPath, limits: &Limits) -> Result<Loaded> {
+fn sample(search: SearchPath, limits: &Limits) -> Result<Loaded> {
     Ok(Loaded {
-        level: Level::from_bytes(&search, SAMPLE_NAME, SAMPLE.to_vec(), limits)?,
-        palette: Palette::parse(SAMPLE_PALETTE)?,
+        level: Level::from_bytes(&search, bundled::NAME, bundled::LEVEL.to_vec(), limits)?,
+        palette: Palette::parse(bundled::PALETTE)?,
         search,
         read: Mutex::default(),
     })
@@ -243,7 +241,7 @@ fn palette(search: &SearchPath, wanted: &str) -> Result<Palette> {
                 "there is no {NAME} to be found, so colours are wrong; give the Quake directory \
                  with --basedir"
             );
-            Ok(Palette::parse(SAMPLE_PALETTE)?)
+            Ok(Palette::parse(bundled::PALETTE)?)
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod adaptive;
 pub mod bench;
+pub mod bundled;
 pub mod cli;
 pub mod clip;
 pub mod cmd;

@@ -14,10 +14,10 @@ pub(super) const MOSS: u8 = 3;
 pub(super) const BRICK: u8 = 4;
 /// Pale sandstone.
 pub(super) const SAND: u8 = 5;
+/// Oiled wood; engines take the colours of fire, smoke and explosions from here.
+pub(super) const WOOD: u8 = 6;
 /// Teal paint.
-pub(super) const TEAL: u8 = 6;
-/// Oiled wood.
-pub(super) const WOOD: u8 = 7;
+pub(super) const TEAL: u8 = 7;
 /// Brass, light to dark.
 pub(super) const BRASS: u8 = 8;
 /// Deep blue, light to dark.
@@ -47,8 +47,8 @@ const ROWS: [[[i32; 3]; 3]; 15] = [
     [[12, 18, 8], [86, 116, 52], [196, 210, 132]],
     [[30, 10, 7], [148, 74, 52], [228, 160, 126]],
     [[34, 28, 19], [176, 154, 114], [248, 236, 206]],
-    [[6, 22, 24], [42, 128, 126], [168, 226, 216]],
     [[24, 13, 6], [130, 84, 44], [222, 176, 120]],
+    [[6, 22, 24], [42, 128, 126], [168, 226, 216]],
     [[250, 232, 160], [186, 140, 54], [40, 26, 8]],
     [[176, 196, 240], [62, 84, 168], [8, 10, 36]],
     [[246, 250, 255], [158, 198, 242], [66, 112, 186]],

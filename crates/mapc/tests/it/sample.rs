@@ -32,6 +32,13 @@ fn the_built_files_are_up_to_date() {
         mapc::sample::palette() == asset("palette.lmp"),
         "palette.lmp is stale: {stale}"
     );
+    assert!(
+        mapc::sample::demo(&map_text()).unwrap() == asset("sample.dem"),
+        "sample.dem is stale: {stale}"
+    );
+    for (name, bytes) in mapc::sample::models() {
+        assert!(bytes == asset(name), "{name} is stale: {stale}");
+    }
 }
 
 #[test]
@@ -66,6 +73,9 @@ fn the_level_is_closed_and_holds_what_it_promises() {
         "func_door",
         "func_plat",
         "light",
+        "light_torch_small_walltorch",
+        "item_sigil",
+        "monster_scarab",
     ] {
         assert!(
             entities.contains(&format!("\"classname\" \"{class}\"")),

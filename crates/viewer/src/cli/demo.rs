@@ -8,6 +8,8 @@ use std::path::PathBuf;
 
 const DEMO_EXAMPLES: &str = "\
 Examples:
+  runelight demo -o frames/%05d.png --size 640x360 --fps 24
+      the bundled demo as film
   runelight demo demo1 --basedir ~/quake
       what the first demo of a Quake installation holds
   runelight demo demo1 --basedir ~/quake -o frames/%05d.exr --from 12 --to 20 --shutter 0.5
@@ -28,8 +30,8 @@ Ctrl-C ends with the frames that are complete; the second one gives up.";
 #[derive(Debug, Args)]
 #[command(after_help = DEMO_EXAMPLES)]
 pub struct Demo {
-    /// A .dem file, or a name such as demo1 to look up
-    pub demo: String,
+    /// A .dem file, or a name such as demo1 to look up; without one, the bundled demo
+    pub demo: Option<String>,
     /// Files to write: a sequence of .exr (scene-linear, all layers) or .png (tone-mapped, 8 bit)
     /// with %05d where the frame's number goes; or raw video as .y4m, or - for that on stdout.
     /// Repeatable. Without it the demo is listed: protocol, levels, duration, messages, entities
@@ -41,6 +43,14 @@ pub struct Demo {
     /// Each frame.
     #[command(flatten)]
     pub picture: PictureArgs,
+}
+
+impl Demo {
+    /// The demo's name, that of the bundled one without a name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.demo.as_deref().unwrap_or(crate::bundled::NAME)
+    }
 }
 
 /// Which frames of a demo, and what they show of it.

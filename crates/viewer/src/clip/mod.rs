@@ -62,8 +62,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     interrupt::install()?;
     let targets = Targets::parse(&args.output)?;
     check(args, &targets)?;
-    let bytes = demo::read(&args.demo, &context.global)?;
-    let timeline = demo::timeline(&bytes, &context.global).with_context(|| args.demo.clone())?;
+    let bytes = demo::read(args.demo.as_deref(), &context.global)?;
+    let timeline = demo::timeline(&bytes, &context.global).with_context(|| args.name().to_owned())?;
     let clip = Clip {
         args,
         context,
@@ -163,7 +163,7 @@ impl Clip<'_> {
             bail!(
                 "{}: there are no such frames; it plays for {duration:.3} s, which from {} s on are \
                  {all} frames",
-                self.args.demo,
+                self.args.name(),
                 self.steps.from.value()
             );
         }
@@ -188,7 +188,7 @@ impl Clip<'_> {
         .filter(|level| level.span.1 > level.span.0)
         .map(|level| level.map.as_str());
         for map in maps.collect::<BTreeSet<&str>>() {
-            Source::of_demo(map, &self.context.global).with_context(|| self.args.demo.clone())?;
+            Source::of_demo(map, &self.context.global).with_context(|| self.args.name().to_owned())?;
         }
         Ok(())
     }
@@ -251,7 +251,7 @@ impl Clip<'_> {
             .saturating_sub(summary.load + summary.build);
         told.line(&if told.json {
             let mut map = Map::new();
-            map.insert("demo".into(), self.args.demo.clone().into());
+            map.insert("demo".into(), self.args.name().into());
             map.insert("device".into(), device.name.clone().into());
             map.insert("driver".into(), device.driver.clone().into());
             map.insert("size".into(), format!("{width}x{height}").into());
@@ -301,7 +301,7 @@ impl Clip<'_> {
         made: &str,
     ) -> Vec<(&'static str, Note)> {
         vec![
-            ("demo", Note::Text(self.args.demo.clone())),
+            ("demo", Note::Text(self.args.name().to_owned())),
             ("frame", Note::Int(frame.into())),
             ("fps", Note::Text(self.steps.fps.to_string())),
             ("demoTime", Note::Text(self.steps.time(frame).to_string())),

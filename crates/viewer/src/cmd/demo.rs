@@ -15,12 +15,12 @@ pub fn run(args: &Demo, context: &Context) -> Result<Outcome> {
     if !args.output.is_empty() {
         return clip::run(args, context);
     }
-    let bytes = demo::read(&args.demo, &context.global)?;
+    let bytes = demo::read(args.demo.as_deref(), &context.global)?;
     let mut warnings = Warnings::new();
     let told =
-        demo::describe(&bytes, context.json, &mut warnings).with_context(|| args.demo.clone())?;
+        demo::describe(&bytes, context.json, &mut warnings).with_context(|| args.name().to_owned())?;
     let mut map = Map::new();
-    map.insert("demo".into(), args.demo.clone().into());
+    map.insert("demo".into(), args.name().into());
     map.extend(told);
     let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     map.insert("warnings".into(), warnings.into());
