@@ -1,6 +1,6 @@
 //! Readers for the files of Quake and its relatives: PAK and WAD archives, palettes and pictures,
 //! BSP 29, 2PSB and BSP2 levels with their `BSPX`, `.lit`, `.vis` and `.ent` companions, entity
-//! text, alias models and sprites, demos, and the search path that finds them.
+//! text, alias models, what stands for those (MD3, MD5), sprites, demos, and the search path that finds them.
 //!
 //! Every reader takes bytes and [`Limits`] and doubts all it reads: arithmetic is checked, an
 //! index is compared with its table before it is kept, and no allocation is made that the bytes at
@@ -23,10 +23,13 @@ pub mod entity;
 mod error;
 pub mod level;
 pub mod lmp;
+pub mod md3;
+pub mod md5;
 pub mod mdl;
 pub mod miptex;
 pub mod pak;
 pub mod picture;
+pub mod posed;
 mod reader;
 pub mod search;
 mod sniff;

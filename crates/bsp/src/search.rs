@@ -343,6 +343,13 @@ impl SearchPath {
         }
     }
 
+    /// Rank of the place that has the file ([`Found::priority`]).
+    pub fn priority(&self, name: &str) -> Option<u32> {
+        let name = Self::checked(name).ok()?;
+        let place = self.places.iter().find(|place| place.has(&name));
+        place.map(|place| place.priority)
+    }
+
     /// Whether some place has the file.
     pub fn exists(&self, name: &str) -> bool {
         Self::checked(name).is_ok_and(|name| self.places.iter().any(|place| place.has(&name)))

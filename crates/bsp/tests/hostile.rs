@@ -10,9 +10,12 @@ use std::time::{Duration, Instant};
 use bsp::bsp::LightSamples;
 use bsp::dem::{Demo, Summary};
 use bsp::lmp::{Colormap, Palette, Picture};
+use bsp::md3::Md3;
+use bsp::md5::Md5;
 use bsp::mdl::Mdl;
 use bsp::miptex::Animation;
 use bsp::pak::Directory;
+use bsp::posed::PosedModel;
 use bsp::spr::Spr;
 use bsp::wad::Wad;
 use bsp::{Bsp, Limits, Warnings, entity, sniff};
@@ -23,6 +26,8 @@ mod data;
 mod fixture;
 #[path = "it/model_fixture.rs"]
 mod models;
+#[path = "it/posed_fixture.rs"]
+mod posed_fixture;
 
 /// Counts the bytes that the current thread holds, and the most it ever held.
 struct Counting;
@@ -109,6 +114,14 @@ fn read(bytes: &[u8], is_level: bool) {
         for t in &model.triangles {
             std::hint::black_box(t.vertices.map(|v| model.skin_coordinates(t, v)));
         }
+    }
+    if let Ok(model) = Md3::parse(bytes, &limits) {
+        std::hint::black_box(PosedModel::Md3(model).pose(1));
+    }
+    let mut texts = bytes.splitn(2, |&b| b == 0);
+    let mesh = texts.next().unwrap_or_default();
+    if let Ok(model) = Md5::parse(mesh, texts.next(), &limits) {
+        std::hint::black_box(PosedModel::Md5(model).pose(1));
     }
     std::hint::black_box(Spr::parse(bytes, &limits, w).is_ok());
     if let Ok(demo) = Demo::parse(bytes, &limits, w) {
@@ -353,9 +366,15 @@ fn crafted_files_do_no_harm() {
 
 #[test]
 fn broken_models_and_sprites_do_no_harm() {
+    let (mesh, anim) = posed_fixture::md5();
     let files = [
         ("a model".to_owned(), models::model().write()),
         ("a sprite".to_owned(), models::sprite(1).write()),
+        ("an MD3".to_owned(), posed_fixture::md3()),
+        (
+            "an MD5".to_owned(),
+            [mesh.as_bytes(), b"\0", anim.as_bytes()].concat(),
+        ),
     ];
     on_all_cores(&files, |i, name, file| {
         torture(name, file, 99 + i as u64);

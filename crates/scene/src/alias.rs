@@ -4,6 +4,7 @@ use crate::material::MaterialId;
 use crate::mesh::{Mesh, PoseBlend, Triangle};
 use bsp::Cycle;
 use bsp::mdl::Mdl;
+use bsp::posed::PosedSurface;
 use glam::{Affine3A, DVec3, Quat, Vec2, Vec3};
 
 /// Models whose poses engines never blend: flames, whose vertices jump from pose to pose.
@@ -200,6 +201,83 @@ impl AliasModel {
             triangles,
             ..Mesh::default()
         }
+    }
+}
+
+impl AliasModel {
+    /// A surface of the model `name` that stands for an alias model: of `poses` (the vertices of all surfaces in each
+    /// frame) those from `first` on. Its pictures are of `size`, and each skin has as many of them as `pictures` says.
+    #[must_use]
+    pub fn posed_surface(
+        name: &str,
+        surface: &PosedSurface,
+        poses: &[Vec<[f32; 3]>],
+        first: usize,
+        size: [u32; 2],
+        pictures: &[usize],
+        flags: u32,
+    ) -> Self {
+        let own = first..first + surface.uv.len();
+        let of_pose = |pose: &Vec<[f32; 3]>| -> Vec<Vec3> {
+            let places = pose.get(own.clone()).unwrap_or_default();
+            places.iter().map(|&p| p.into()).collect()
+        };
+        let poses: Vec<Vec<Vec3>> = poses.iter().map(of_pose).collect();
+        let positions = poses.first().cloned().unwrap_or_default();
+        let [width, height] = size.map(|n| n as f32);
+        let triangles: Vec<Triangle> = (surface.triangles.iter().zip(0..))
+            .map(|(&[a, c, b], face)| {
+                // The file runs clockwise.
+                let vertices = [a, b, c];
+                let at = |v: u32| surface.uv.get(v as usize).copied().unwrap_or_default();
+                Triangle {
+                    vertices,
+                    uv: spread(vertices.map(at).map(|[s, t]| [s * width, t * height])),
+                    normal: facet(&positions, vertices).unwrap_or(Vec3::Z),
+                    material: MaterialId(0),
+                    face,
+                }
+            })
+            .collect();
+        let frames = (0..poses.len().max(1) as u32).map(|first| Sequence { first, cycle: None });
+        let skins = pictures.iter().map(|&n| Skin {
+            materials: vec![MaterialId(0); n],
+            // Engines show ten a second.
+            cycle: (n > 1).then(|| Cycle::new(&vec![0.0; n]).0),
+        });
+        Self {
+            frames: frames.collect(),
+            skins: skins.collect(),
+            flags,
+            random_start: false,
+            blends: !NEVER_BLENDED.contains(&stem(name)),
+            mesh: Mesh {
+                name: name.to_owned(),
+                positions,
+                first_alpha_tested: triangles.len(),
+                triangles,
+                poses: if poses.len() > 1 { poses } else { Vec::new() },
+                skins: Vec::new(),
+            },
+        }
+    }
+
+    /// The same with the materials that `paint` gives: by the number of the skin, and of the picture in it.
+    #[must_use]
+    pub fn painted(&self, mut paint: impl FnMut(usize, usize) -> MaterialId) -> Self {
+        let mut model = self.clone();
+        for (number, skin) in model.skins.iter_mut().enumerate() {
+            for (part, material) in skin.materials.iter_mut().enumerate() {
+                *material = paint(number, part);
+            }
+        }
+        let all = model.skins.iter().flat_map(|s| &s.materials).copied();
+        model.mesh.skins = all.collect();
+        let first = model.skin(0, 0.0);
+        for triangle in &mut model.mesh.triangles {
+            triangle.material = first;
+        }
+        model
     }
 }
 

@@ -269,7 +269,7 @@ pub struct Report {
     pub lamp_pairs: Vec<LampPair>,
     /// Textures that entries of the materials speak of, with those entries.
     pub ruled: Vec<(String, Vec<String>)>,
-    /// Textures that a picture stands for, with its path.
+    /// Textures that a picture stands for, and alias models that another model stands for, with its path.
     pub replaced: Vec<(String, String)>,
     /// Models and sprites of point entities, with how many of each are shown.
     pub models: Vec<(String, usize)>,

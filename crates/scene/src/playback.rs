@@ -177,6 +177,11 @@ fn identity(kind: u64, number: u64, since: f64) -> u64 {
     kind << 60 | (number & 0xf_ffff) << 40 | since.to_bits() >> 24
 }
 
+/// The same of one of its surfaces.
+fn part_of(id: u64, surface: usize) -> u64 {
+    id ^ (surface as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+}
+
 struct Showing<'a> {
     state: &'a State,
     level: &'a Level,
@@ -224,26 +229,22 @@ impl Showing<'_> {
                     ..Instance::new(mesh, place, name)
                 });
             }
-            Some(CastModel::Alias { mesh, model, .. }) => {
+            Some(alias @ CastModel::Alias { .. }) => {
                 let place = alias::placement(entity.origin, angles, entity.scale);
-                let instance = posed(
-                    *mesh,
-                    model,
-                    place,
-                    entity.frame,
-                    entity.skin,
-                    time(model.random_start),
-                );
                 let skin = usize::from(entity.skin);
                 let worn = entity.colours.filter(|_| part == 255);
                 let worn = worn.and_then(|c| self.cast.coloured(name, skin, rows(c)));
-                self.instances.push(Instance {
-                    id,
-                    seen_by: self.luminous(name, entity.origin, seen_by),
-                    name: name.to_owned(),
-                    material: worn.or(instance.material),
-                    ..instance
-                });
+                for (surface, (mesh, model)) in alias.surfaces().enumerate() {
+                    let time = time(model.random_start);
+                    let instance = posed(mesh, model, place, entity.frame, entity.skin, time);
+                    self.instances.push(Instance {
+                        id: part_of(id, surface),
+                        seen_by: self.luminous(name, entity.origin, seen_by),
+                        name: name.to_owned(),
+                        material: worn.or(instance.material),
+                        ..instance
+                    });
+                }
             }
             Some(CastModel::Sprite { meshes, model }) => {
                 let stance = Stance {
@@ -279,17 +280,19 @@ impl Showing<'_> {
 
     fn beam(&mut self, beam: &Beam) {
         let file = beam.kind.model();
-        let Some(CastModel::Alias { mesh, model, .. }) = self.cast.models.get(file) else {
+        let Some(bolt) = self.cast.models.get(file) else {
             return;
         };
         for part in beam.parts() {
             let place = alias::placement(part.origin, part.angles.to_array(), 1.0);
             let frame = FrameBlend::default();
-            self.instances.push(Instance {
-                seen_by: SeenBy::CAMERA,
-                name: file.to_owned(),
-                ..posed(*mesh, model, place, frame, 0, self.state.clock)
-            });
+            for (mesh, model) in bolt.surfaces() {
+                self.instances.push(Instance {
+                    seen_by: SeenBy::CAMERA,
+                    name: file.to_owned(),
+                    ..posed(mesh, model, place, frame, 0, self.state.clock)
+                });
+            }
         }
     }
 
@@ -305,14 +308,14 @@ impl Showing<'_> {
         let Some(name) = name.map(|m| m.name.as_str()) else {
             return;
         };
-        let Some(CastModel::Alias { mesh, model, .. }) = self.cast.models.get(name) else {
+        let Some(in_hand) = self.cast.models.get(name) else {
             return;
         };
-        let Some(shape) = self.scene.meshes.get(*mesh) else {
-            return;
-        };
+        let shapes = in_hand
+            .surfaces()
+            .filter_map(|(mesh, _)| self.scene.meshes.get(mesh));
         // Of all poses, so that its size does not change while it moves.
-        let all = shape.poses.iter().flatten().chain(&shape.positions);
+        let all = shapes.flat_map(|s| s.poses.iter().flatten().chain(&s.positions));
         let radius = all.map(|p| p.length()).fold(0.0, f32::max);
         let eye = self.camera.position;
         let farthest = radius + weapon.origin.distance(eye);
@@ -321,12 +324,15 @@ impl Showing<'_> {
             * Affine3A::from_scale(Vec3::splat(small))
             * Affine3A::from_translation(-eye);
         let place = shrink * alias::placement(weapon.origin, weapon.angles.to_array(), 1.0);
-        self.instances.push(Instance {
-            id: identity(WEAPON, weapon.model.into(), 0.0),
-            seen_by: SeenBy::CAMERA,
-            name: name.to_owned(),
-            ..posed(*mesh, model, place, weapon.frame, 0, self.state.clock)
-        });
+        let id = identity(WEAPON, weapon.model.into(), 0.0);
+        for (surface, (mesh, model)) in in_hand.surfaces().enumerate() {
+            self.instances.push(Instance {
+                id: part_of(id, surface),
+                seen_by: SeenBy::CAMERA,
+                name: name.to_owned(),
+                ..posed(mesh, model, place, weapon.frame, 0, self.state.clock)
+            });
+        }
     }
 }
 

@@ -86,14 +86,17 @@ mod tests {
         // What happens: it walks, throws, hits, is bitten; the door and the plat move.
         let at = |t: f64| timeline.state_at(t, &Options::default()).unwrap();
         let shows = |t: f64| {
-            let eye = Eye::Player { fov_deg: 90.0 };
+            let eye = Eye::Player {
+                fov_deg: 90.0,
+                lens: None,
+            };
             frame(&at(t), &timeline.levels()[0], &scene, &cast, &eye)
         };
         assert!(at(0.0).view.eye.distance(at(6.0).view.eye) > 600.0);
         assert!(at(3.8).lights.len() == 1 && shows(3.8).lights.len() == 1);
         let sparks = shows(4.45).loose.triangles.len();
         assert!(sparks > 1000, "{sparks}");
-        assert!(at(5.3).tint.alpha > at(5.0).tint.alpha);
+        assert!(at(5.3).tint.hurt[3] > at(5.0).tint.hurt[3]);
         let named = |t: f64, name: &str| {
             let mut found = shows(t).instances.into_iter().filter(|i| i.name == name);
             found.next().map(|i| i.transform.translation.z)

@@ -166,12 +166,29 @@ impl Loaded {
         })
     }
 
+    /// Whether a file may be used: MD3 and MD5 models only if no alias model of their name comes from a place that is
+    /// searched before theirs. Of the two the one that is searched first counts, and MD3 of those in one place.
+    fn may_stand_in(&self, path: &str) -> bool {
+        let Some((stem, ending)) = path.rsplit_once('.') else {
+            return true;
+        };
+        let rank = |ending: &str| self.search.priority(&format!("{stem}.{ending}"));
+        match ending {
+            "md3" => rank("md3") >= rank("mdl") && rank("md3") >= rank("md5mesh"),
+            "md5mesh" => rank("md5mesh") >= rank("mdl"),
+            _ => true,
+        }
+    }
+
     /// Calls `import` with the files beside the level.
     fn with_files<T>(&self, import: impl FnOnce(&Files<'_>) -> Result<T>) -> Result<T> {
         // Most names of replacing pictures are not there: a list answers faster than the file system.
         let pictures: BTreeSet<String> = self.search.list("textures/").into_iter().collect();
         import(&|path| {
             if path.starts_with("textures/") && !pictures.contains(&path.to_ascii_lowercase()) {
+                return None;
+            }
+            if !self.may_stand_in(path) {
                 return None;
             }
             let bytes = self.search.read_optional(path).ok()??.bytes;
@@ -198,7 +215,7 @@ impl Loaded {
                 files.insert(name.to_owned(), sha256(&found.bytes));
             }
         }
-        files.entry(map).or_insert_with(|| sha256(SAMPLE));
+        files.entry(map).or_insert_with(|| sha256(bundled::LEVEL));
         let list: Vec<String> = files
             .iter()
             .map(|(name, d)| format!("{name} {d}"))

@@ -144,6 +144,10 @@ impl PictureArgs {
                 "replacements",
                 Note::Int((!self.scene.surfaces.no_textures).into()),
             ),
+            (
+                "modelReplacements",
+                Note::Int((!self.scene.surfaces.original_models).into()),
+            ),
             ("clamp", Note::Text(clamp(settings, film))),
             ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
             ("escaped", Note::Int(film.counters.escaped as i64)),

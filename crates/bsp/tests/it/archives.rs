@@ -161,6 +161,15 @@ fn the_search_path_has_quakes_order() {
     assert_eq!(text(&extra, "a"), "extra");
     assert_eq!(text(&extra, "d"), "last");
 
+    let brought = SearchPath::builder()
+        .basedir(&dir)
+        .built_in(&[("a", b"built in"), ("maps/b", b"b")])
+        .build()
+        .unwrap();
+    assert_eq!(text(&brought, "A"), "built in");
+    assert_eq!(text(&brought, "b"), "id1 pak1");
+    assert_eq!(brought.list("maps/"), ["maps/b"]);
+
     for bad in ["../secret", "/etc/passwd", "a/../../b", "", "c:\\x"] {
         assert!(
             matches!(search.read(bad), Err(LoadError::BadName(_))),

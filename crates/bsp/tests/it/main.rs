@@ -9,6 +9,8 @@ mod gotchas;
 mod model_fixture;
 mod models;
 mod other_reader;
+mod posed;
+mod posed_fixture;
 mod real;
 mod room;
 mod textures;

@@ -17,7 +17,7 @@ use std::rc::Rc;
 /// quite black, and every texel that emits is a light.
 pub const LEAST_GLOW: f32 = 0.01;
 /// Alpha below which a texel of a replaced fence is a hole.
-const HOLE: u8 = 128;
+pub const HOLE: u8 = 128;
 
 /// Texels that all pictures beside a level may have together: files of a few bytes can ask for many.
 pub const MAX_TEXELS: u64 = 1 << 28;
@@ -49,7 +49,7 @@ pub struct Appearance {
 
 impl Beside<'_> {
     /// The picture with this path, without its ending, and where it was.
-    fn picture(
+    pub fn picture(
         &self,
         stem: &str,
         options: &ImportOptions,
@@ -213,7 +213,7 @@ fn texel_at(picture: &Texture, i: usize, w: u32, h: u32) -> [u8; 4] {
 }
 
 /// Resamples to the nearest texel.
-fn resize(picture: &mut Texture, w: u32, h: u32) {
+pub fn resize(picture: &mut Texture, w: u32, h: u32) {
     if (picture.width, picture.height) != (w, h) {
         let count = w as usize * h as usize;
         picture.rgba = (0..count).map(|i| texel_at(picture, i, w, h)).collect();
@@ -245,7 +245,7 @@ fn linear_to_srgb(linear: f64) -> u8 {
 }
 
 /// The texels of at least this relative luminance; the rest is black.
-fn bright_part(base: &Texture, threshold: f32) -> Texture {
+pub fn bright_part(base: &Texture, threshold: f32) -> Texture {
     let mut picture = base.clone();
     for texel in &mut picture.rgba {
         let [r, g, b, _] = *texel;
@@ -258,7 +258,7 @@ fn bright_part(base: &Texture, threshold: f32) -> Texture {
 
 /// An emission picture without the holes of the base; with the number of texels that are not black, if
 /// there are any.
-fn only_light(mut picture: Texture, base: &Texture) -> Option<(Texture, usize)> {
+pub fn only_light(mut picture: Texture, base: &Texture) -> Option<(Texture, usize)> {
     let mut count = 0;
     for (texel, under) in picture.rgba.iter_mut().zip(&base.rgba) {
         let [r, g, b, _] = *texel;

@@ -1,6 +1,7 @@
 //! A level and all models that a demo names, ready to be shown in frames.
 
 use super::models::Loaded;
+use super::replaced::Skins;
 use super::surfaces::{Look, Surfaces};
 use super::world::{ENTITY_GROWTH, World, bounds, growth};
 use super::{Files, ImportError, ImportOptions, Lighting};
@@ -50,6 +51,8 @@ pub enum CastModel {
         mesh: usize,
         /// Frames and skins; its own mesh has only poses' numbers left to say.
         model: Box<AliasModel>,
+        /// The other surfaces of a model that stands for an alias model: meshes, frames and skins.
+        others: Vec<(usize, AliasModel)>,
         /// What its light is given by.
         seen_by: SeenBy,
     },
@@ -60,6 +63,23 @@ pub enum CastModel {
         /// Frames.
         model: Box<SpriteModel>,
     },
+}
+
+impl CastModel {
+    /// The meshes of an alias model, with their frames and skins.
+    pub fn surfaces(&self) -> impl Iterator<Item = (usize, &AliasModel)> {
+        let (first, others) = match self {
+            Self::Alias {
+                mesh,
+                model,
+                others,
+                ..
+            } => (Some((*mesh, &**model)), others.as_slice()),
+            _ => (None, &[][..]),
+        };
+        let others = others.iter().map(|(mesh, model)| (*mesh, model));
+        first.into_iter().chain(others)
+    }
 }
 
 impl Cast {
@@ -219,16 +239,22 @@ impl World<'_> {
                 meshes: [*mesh; 2],
                 within: *within,
             }),
-            Loaded::Alias(both) => {
-                let file = &both.0;
-                let mut model = AliasModel::new(name, file, |skin, part, pixels| {
-                    self.paint_skin(name, file, [skin, part], pixels, alpha)
-                });
-                if alias::stem(name) == "player" {
-                    self.colour_skins(name, file, colours, cast, &mut model.mesh);
+            Loaded::Alias(parts) => {
+                let mut surfaces = Vec::with_capacity(parts.len());
+                for part in parts {
+                    let mut model = (part.model).painted(|skin, picture| {
+                        self.paint_part(name, part, [skin, picture], alpha)
+                    });
+                    if let Skins::Own(file) = &part.skins
+                        && alias::stem(name) == "player"
+                    {
+                        self.colour_skins(name, file, colours, cast, &mut model.mesh);
+                    }
+                    let mesh = std::mem::take(&mut model.mesh);
+                    surfaces.extend(self.add_moving(mesh).map(|mesh| (mesh, model)));
                 }
-                let mesh = std::mem::take(&mut model.mesh);
-                let mesh = self.add_moving(mesh)?;
+                let mut surfaces = surfaces.into_iter();
+                let (mesh, model) = surfaces.next()?;
                 // The light of flames is that of light entities, and of bolts that of the frame's.
                 let seen_by = match alias::is_luminous(name) {
                     true => SeenBy::CAMERA,
@@ -237,6 +263,7 @@ impl World<'_> {
                 Some(CastModel::Alias {
                     mesh,
                     model: Box::new(model),
+                    others: surfaces.collect(),
                     seen_by,
                 })
             }

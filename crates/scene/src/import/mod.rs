@@ -27,6 +27,7 @@ mod names;
 mod notes;
 mod picture;
 mod poses;
+mod replaced;
 mod rest;
 pub mod rules;
 mod seal;
@@ -160,6 +161,8 @@ pub struct ImportOptions {
     pub materials: rules::Rules,
     /// Whether pictures in `textures/` replace those of the level.
     pub replacements: bool,
+    /// Whether MD3 and MD5 models stand for the alias models they are beside, in [`Lighting::Physical`].
+    pub model_replacements: bool,
     /// Fog in place of the level's, in [`Lighting::Physical`]; `None` is the level's.
     pub fog: Option<FogKeys>,
     /// Share of the sky that is fogged, 0 to 1, in place of the level's.
@@ -186,6 +189,7 @@ impl Default for ImportOptions {
             inhabitants: true,
             materials: rules::Rules::default(),
             replacements: true,
+            model_replacements: true,
             fog: None,
             sky_fog: None,
             limits: bsp::Limits::default(),

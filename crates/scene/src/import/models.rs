@@ -7,6 +7,7 @@ use super::lights::EntityLight;
 use super::names::NameKind;
 use super::picture::Indexed;
 use super::poses::Pose;
+use super::replaced::{Shown, Skins};
 use super::rest;
 use super::rules::Rule;
 use super::surfaces::{self, Look, Surfaces};
@@ -39,6 +40,8 @@ pub struct Models {
     meshes: HashMap<MeshKey, usize>,
     painted: HashMap<PaintKey, MaterialId>,
     triangles: usize,
+    /// By alias model, the model that stands for it.
+    pub replaced: BTreeMap<String, String>,
     /// How many entities show each file.
     pub shown: BTreeMap<String, usize>,
     /// Instances that turn to the camera.
@@ -51,10 +54,20 @@ pub struct Models {
 pub enum Loaded {
     /// A brush model's mesh, and what makes it win over coplanar faces.
     Brush(usize, Affine3A),
-    /// An alias model, not painted yet.
-    Alias(Box<(Mdl, AliasModel)>),
+    /// An alias model, or the surfaces of one that stands for it, not painted yet.
+    Alias(Vec<AliasPart>),
     /// A sprite, not painted yet.
     Sprite(Box<(Spr, SpriteModel)>),
+}
+
+/// What is drawn of an alias model, as one mesh with one skin at a time.
+pub struct AliasPart {
+    /// Its file, and its surface if that has several.
+    pub name: String,
+    /// Its poses.
+    pub model: AliasModel,
+    /// Its pictures.
+    pub skins: Skins,
 }
 
 /// File, pose, skin's material, and the entity where each has light of its own.
@@ -104,7 +117,11 @@ impl World<'_> {
                     let place = Affine3A::from_rotation_translation(turned, origin);
                     self.place(Instance::new(*mesh, place * *growth, who.classname));
                 }
-                Loaded::Alias(both) => self.place_alias(&who, number, origin, &both.0, &both.1),
+                Loaded::Alias(parts) => {
+                    for part in parts {
+                        self.place_alias(&who, number, origin, part);
+                    }
+                }
                 Loaded::Sprite(both) => {
                     self.place_sprite(&who, number, origin, &both.0, &both.1);
                 }
@@ -166,31 +183,25 @@ impl World<'_> {
         who: &Inhabitant<'_>,
         number: usize,
         origin: Vec3,
-        file: &Mdl,
-        model: &AliasModel,
+        alias: &AliasPart,
     ) {
+        let model = &alias.model;
         let time = self.time(model.random_start, number);
         let seen_by = self.seen_by(who);
         let is_luminous = alias::is_luminous(&who.file);
         let (skin, part) = model.picture(who.skin as usize, time);
-        let key = (
-            who.file.to_string(),
-            skin,
-            part,
-            who.alpha.map(f32::to_bits),
-        );
+        let key = (alias.name.clone(), skin, part, who.alpha.map(f32::to_bits));
         let material = match self.models.painted.get(&key) {
             Some(&known) => known,
             None => {
-                let pixels = &file.skins[skin].pictures[part];
-                let material = self.paint_skin(&who.file, file, [skin, part], pixels, who.alpha);
+                let material = self.paint_part(&who.file, alias, [skin, part], who.alpha);
                 self.models.painted.insert(key, material);
                 material
             }
         };
         let (from, to, fraction) = who.frame_at(f64::from(self.options.time), number as u32);
         let pose = model.between(from, to, fraction, time);
-        let Some(mesh) = self.posed_mesh(who, number, origin, model, pose, material) else {
+        let Some(mesh) = self.posed_mesh(alias, number, origin, pose, material) else {
             return;
         };
         let mut angles = who.angles_deg;
@@ -211,21 +222,20 @@ impl World<'_> {
     /// The rigid mesh of a pose.
     fn posed_mesh(
         &mut self,
-        who: &Inhabitant<'_>,
+        alias: &AliasPart,
         number: usize,
         origin: Vec3,
-        model: &AliasModel,
         pose: PoseBlend,
         material: MaterialId,
     ) -> Option<usize> {
         // Lightmaps light each entity as the floor below it.
         let own = self.baked.is_some().then_some(number);
         let bits = [pose.from, pose.to, pose.fraction.to_bits()];
-        let key = (who.file.to_string(), bits, material, own);
+        let key = (alias.name.clone(), bits, material, own);
         if let Some(&known) = self.models.meshes.get(&key) {
             return Some(known);
         }
-        let mesh = model.posed(pose, material);
+        let mesh = alias.model.posed(pose, material);
         let file = self.light_below(origin);
         let index = self.add_model_mesh(mesh, file)?;
         self.models.meshes.insert(key, index);
@@ -351,11 +361,8 @@ impl World<'_> {
         let mut warnings = Warnings::new();
         let limits = &self.options.limits;
         let read = match data.get(..4) {
-            Some(b"IDPO") => Mdl::parse(&data, limits, &mut warnings).map(|file| {
-                // Skins are painted when they are shown.
-                let model = AliasModel::new(path, &file, |_, _, _| MaterialId(0));
-                Some(Loaded::Alias(Box::new((file, model))))
-            }),
+            Some(b"IDPO") => Mdl::parse(&data, limits, &mut warnings)
+                .map(|file| Some(Loaded::Alias(self.alias_parts(path, file)))),
             Some(b"IDSP") => Spr::parse(&data, limits, &mut warnings).map(|file| {
                 let model = SpriteModel::new(path, &file, |_, _| MaterialId(0));
                 Some(Loaded::Sprite(Box::new((file, model))))
@@ -385,6 +392,75 @@ impl World<'_> {
         })
     }
 
+    /// The material of a picture of a skin of `file`, by its numbers.
+    pub(super) fn paint_part(
+        &mut self,
+        file: &str,
+        alias: &AliasPart,
+        [skin, part]: [usize; 2],
+        alpha: Option<f32>,
+    ) -> MaterialId {
+        match &alias.skins {
+            Skins::Own(own) => {
+                let pixels = &own.skins[skin].pictures[part];
+                self.paint_skin(file, own, [skin, part], pixels, alpha)
+            }
+            Skins::Beside(skins) => {
+                let shown = &skins[skin][part];
+                let holes = alias.model.flags & flags::HOLES != 0;
+                self.paint_picture(file, shown, holes, alpha)
+            }
+        }
+    }
+
+    /// The material of a picture that stands for a skin of `file`, in light as it is.
+    fn paint_picture(
+        &mut self,
+        file: &str,
+        shown: &Shown,
+        holes: bool,
+        alpha: Option<f32>,
+    ) -> MaterialId {
+        let options = self.options;
+        let kind = if holes {
+            NameKind::Fence
+        } else {
+            NameKind::Plain
+        };
+        let rule = options.materials.of(file);
+        if !rule.entries.is_empty() {
+            (self.set.ruled).insert(file.to_owned(), rule.entries.clone());
+        }
+        let glow = glow_of(file);
+        let mut base = shown.base.clone();
+        let mut emission = shown.emission.clone();
+        if glow == Glow::Whole || (glow == Glow::Flame && emission.is_none()) {
+            let black = vec![[0, 0, 0, 255]; base.rgba.len()];
+            emission = Some((std::mem::replace(&mut base, shown.base.clone()), 0));
+            base.rgba = black;
+        }
+        let opacity = rule.alpha.or(alpha).unwrap_or(1.0);
+        let finish = translucent::finish(kind, opacity, &base, &rule);
+        let set = &mut self.set;
+        let mut material = Material {
+            name: base.name.clone(),
+            surface: Surface::Diffuse,
+            base: set.add_texture(base),
+            emission: None,
+            emission_scale: options.emission_scale * finish.alpha * rule.emission.unwrap_or(1.0),
+            emission_weight: 0.0,
+            alpha_tested: holes,
+            two_sided: false,
+            warped: false,
+            finish,
+            frames: Vec::new(),
+        };
+        if options.lights != LightMode::Entities || glow != Glow::Texels {
+            surfaces::emit(&mut material, emission, kind, &rule, set);
+        }
+        set.add(material, false)
+    }
+
     /// The material of a picture of a skin: its numbers, and its palette indices.
     pub(super) fn paint_skin(
         &mut self,
@@ -402,13 +478,7 @@ impl World<'_> {
             size: [file.header.skin_width, file.header.skin_height],
             pixels,
             holes: file.header.flags & flags::HOLES != 0,
-            glow: if alias::is_bolt(name) {
-                Glow::Whole
-            } else if alias::is_luminous(name) {
-                Glow::Flame
-            } else {
-                Glow::Texels
-            },
+            glow: glow_of(name),
             two_sided: false,
             alpha,
         };
@@ -524,6 +594,17 @@ impl World<'_> {
             lighting => surfaces::show(&mut material, &indexed, whole, set, lighting),
         }
         set.add(material, false)
+    }
+}
+
+/// What of a model's skins shines.
+fn glow_of(file: &str) -> Glow {
+    if alias::is_bolt(file) {
+        Glow::Whole
+    } else if alias::is_luminous(file) {
+        Glow::Flame
+    } else {
+        Glow::Texels
     }
 }
 

@@ -374,6 +374,7 @@ impl<'a> World<'a> {
         let world = entities.first();
         self.report.emissive_texels = self.set.emissive_texels;
         self.report.ruled = self.set.ruled.into_iter().collect();
+        self.set.replaced.append(&mut self.models.replaced);
         self.report.replaced = self.set.replaced.into_iter().collect();
         self.report.models = self.models.shown.into_iter().collect();
         self.report.warnings = (self.level.warnings.iter().map(ToString::to_string))

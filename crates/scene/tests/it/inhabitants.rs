@@ -389,6 +389,7 @@ fn a_demo_s_models_become_meshes_that_frames_place() {
         mesh,
         model,
         seen_by,
+        ..
     } = &cast.models["progs/soldier.mdl"]
     else {
         panic!("no alias model");

@@ -9,6 +9,7 @@ mod materials;
 mod pictures;
 mod playback;
 mod poses;
+mod replaced;
 mod skies;
 mod timeline;
 mod translucent;

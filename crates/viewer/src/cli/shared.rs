@@ -247,6 +247,9 @@ pub struct SurfaceArgs {
     /// Leave pictures in textures/ alone that replace those of the level
     #[arg(long, help_heading = "Surfaces")]
     pub no_textures: bool,
+    /// Show alias models themselves where MD3 or MD5 models stand for them
+    #[arg(long, help_heading = "Surfaces")]
+    pub original_models: bool,
 }
 
 impl SurfaceArgs {
@@ -281,6 +284,7 @@ impl SceneArgs {
         Ok(scene::import::ImportOptions {
             materials: self.surfaces.rules()?,
             replacements: !self.surfaces.no_textures,
+            model_replacements: !self.surfaces.original_models,
             time: self.at as f32,
             threshold: self.threshold as f32,
             emission_scale: self.emission_scale as f32,

@@ -63,7 +63,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     let targets = Targets::parse(&args.output)?;
     check(args, &targets)?;
     let bytes = demo::read(args.demo.as_deref(), &context.global)?;
-    let timeline = demo::timeline(&bytes, &context.global).with_context(|| args.name().to_owned())?;
+    let timeline =
+        demo::timeline(&bytes, &context.global).with_context(|| args.name().to_owned())?;
     let clip = Clip {
         args,
         context,
@@ -188,7 +189,8 @@ impl Clip<'_> {
         .filter(|level| level.span.1 > level.span.0)
         .map(|level| level.map.as_str());
         for map in maps.collect::<BTreeSet<&str>>() {
-            Source::of_demo(map, &self.context.global).with_context(|| self.args.name().to_owned())?;
+            Source::of_demo(map, &self.context.global)
+                .with_context(|| self.args.name().to_owned())?;
         }
         Ok(())
     }

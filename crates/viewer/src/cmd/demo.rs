@@ -17,8 +17,8 @@ pub fn run(args: &Demo, context: &Context) -> Result<Outcome> {
     }
     let bytes = demo::read(args.demo.as_deref(), &context.global)?;
     let mut warnings = Warnings::new();
-    let told =
-        demo::describe(&bytes, context.json, &mut warnings).with_context(|| args.name().to_owned())?;
+    let told = demo::describe(&bytes, context.json, &mut warnings)
+        .with_context(|| args.name().to_owned())?;
     let mut map = Map::new();
     map.insert("demo".into(), args.name().into());
     map.extend(told);

@@ -158,6 +158,7 @@ pub fn command_line(args: &Render, global: &Global) -> String {
         line.option("--materials", file);
     }
     line.switch("--no-textures", scene.surfaces.no_textures);
+    line.switch("--original-models", scene.surfaces.original_models);
     line.changed("--layers", [&picture.layers, &usual.layers], |list| {
         let names: Vec<_> = list.0.iter().map(|l| l.name()).collect();
         names.join(",")
@@ -266,6 +267,7 @@ mod tests {
                 "--materials",
                 "default",
                 "--no-textures",
+                "--original-models",
             ],
             vec![
                 "--deathmatch",
@@ -314,7 +316,7 @@ mod tests {
             adaptive depth estimator selection lighting candidates clamp sampler seed size camera fov \
             aperture focus camera_path \
             at lights threshold emission_scale fog skyfog no_entities skill deathmatch materials \
-            no_textures";
+            no_textures original_models";
         let known: Vec<&str> = known.split_whitespace().collect();
         let cli = Cli::command();
         let render = cli.find_subcommand("render").unwrap();

@@ -14,6 +14,7 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         threshold: args.threshold as f32,
         materials: args.surfaces.rules()?,
         replacements: !args.surfaces.no_textures,
+        model_replacements: !args.surfaces.original_models,
         light_lists: false,
         ..ImportOptions::default()
     };

@@ -294,6 +294,10 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         ui.checkbox(&mut replaced, "replacement textures")
             .on_hover_text("pictures in textures/ in place of the level's");
         surfaces.no_textures = !replaced;
+        let mut replaced = !surfaces.original_models;
+        ui.checkbox(&mut replaced, "replacement models")
+            .on_hover_text("MD3 and MD5 models in place of alias models");
+        surfaces.original_models = !replaced;
         let mut families = surfaces.materials.iter().any(|m| m == "default");
         if ui
             .checkbox(&mut families, "materials of common textures")
