@@ -61,14 +61,16 @@ fn demo(dir: &Path, args: &[&str]) -> Command {
 }
 
 fn demo_at(fps: &str, dir: &Path, args: &[&str]) -> Command {
-    const TINY: [&str; 8] = [
-        "--size", "24x14", "--spp", "2", "--device", "cpu", "--depth", "3",
-    ];
+    demo_with("2", fps, dir, args)
+}
+
+fn demo_with(spp: &str, fps: &str, dir: &Path, args: &[&str]) -> Command {
+    const TINY: [&str; 6] = ["--size", "24x14", "--device", "cpu", "--depth", "3"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_runelight"));
     command
         .args(["demo", "a.dem"])
         .args(TINY)
-        .args(["--fps", fps])
+        .args(["--spp", spp, "--fps", fps])
         .args(args)
         .current_dir(dir)
         .env_remove("RUNELIGHT_BASEDIR");
@@ -451,5 +453,71 @@ fn the_motion_layer_leads_to_the_frame_before() {
         turned
             .iter()
             .all(|m| m[0].abs() < 24.0 && m[1].abs() < 14.0)
+    );
+}
+
+/// What a shutter that is open from frame to frame sees is the mean of 256 frames in that time.
+#[test]
+fn motion_blur_is_the_mean_of_the_moments_between() {
+    type Pixels = Vec<[f32; 3]>;
+    const PARTS: u32 = 256;
+    let dir = directory();
+    let picture = |name: &str| -> [Pixels; 2] {
+        ["beauty", "variance"].map(|layer| {
+            let picture = runelight::picture::read(&dir.path().join(name), layer).unwrap();
+            picture.radiance
+        })
+    };
+    let make = |spp: &str, fps: &str, args: &[&str]| {
+        let all = ["--layers", "variance", "--sampler", "independent"];
+        let output = (demo_with(spp, fps, dir.path(), &[&all, args].concat()))
+            .output()
+            .unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{err}");
+    };
+    let parts = ["-o", "p/%d.exr", "--frames", "1024..1280"];
+    make("8", "2560", &parts);
+    let (mut mean, mut variance) = (vec![[0.0; 3]; 24 * 14], vec![[0.0; 3]; 24 * 14]);
+    for part in 1024..1024 + PARTS {
+        let [beauty, of_mean] = picture(&format!("p/{part}.exr"));
+        for pixel in 0..mean.len() {
+            for c in 0..3 {
+                mean[pixel][c] += f64::from(beauty[pixel][c]) / f64::from(PARTS);
+                variance[pixel][c] += f64::from(of_mean[pixel][c]) / f64::from(PARTS).powi(2);
+            }
+        }
+    }
+    // The mean of the squares of differences over their expected size: 1 if only noise is left.
+    let distance = |name: &str| {
+        let [beauty, of_mean] = picture(name);
+        let each = (0..mean.len()).flat_map(|pixel| (0..3).map(move |c| (pixel, c)));
+        let squares: Vec<f64> = each
+            .filter(|(p, c)| variance[*p][*c] > 0.0 && of_mean[*p][*c] > 0.0)
+            .map(|(p, c)| {
+                let difference = f64::from(beauty[p][c]) - mean[p][c];
+                difference.powi(2) / (f64::from(of_mean[p][c]) + variance[p][c])
+            })
+            .collect();
+        assert!(squares.len() > 900, "{} channels are lit", squares.len());
+        squares.iter().sum::<f64>() / squares.len() as f64
+    };
+    for (name, seed, shutter) in [("a.exr", "1", "1"), ("b.exr", "2", "0")] {
+        let args = [
+            "-o",
+            name,
+            "--frames",
+            "4",
+            "--seed",
+            seed,
+            "--shutter",
+            shutter,
+        ];
+        make("1024", "10", &args);
+    }
+    let (blurred, sharp) = (distance("a.exr"), distance("b.exr"));
+    assert!(
+        blurred < 1.25 && sharp > 1.5,
+        "{blurred} blurred, {sharp} sharp"
     );
 }
