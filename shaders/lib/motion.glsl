@@ -23,6 +23,10 @@ vec3 project(vec3 direction, vec3 forward, vec3 right, vec3 up) {
     return vec3(x, y, depth);
 }
 
+// Farthest from the middle of the picture before that a point is said to have been, in halves of the
+// picture: what was beside the eye has no place, and would spoil means.
+const float MOTION_REACH = 8.0;
+
 // From where a point is to where the picture before had it, in pixels to the right and down. The sky is
 // infinitely far: it moves with the camera's direction alone.
 vec2 motion_of(Surface s, uint instance_word, uint triangle, vec3 direction) {
@@ -43,5 +47,6 @@ vec2 motion_of(Surface s, uint instance_word, uint triangle, vec3 direction) {
     const vec3 a = project(now, params.forward, params.right, params.up);
     const vec3 b = project(then, then_forward, then_right, then_up);
     if (!(a.z > 0.0 && b.z > 0.0)) return vec2(0.0);
-    return (b.xy - a.xy) * vec2(0.5, -0.5) * vec2(gl_LaunchSizeEXT.xy);
+    const vec2 held = clamp(b.xy, -MOTION_REACH, MOTION_REACH);
+    return (held - a.xy) * vec2(0.5, -0.5) * vec2(gl_LaunchSizeEXT.xy);
 }

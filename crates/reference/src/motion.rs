@@ -6,6 +6,10 @@ use scene::camera::ViewBasis;
 use scene::frame::{Before, Past};
 use scene::{Frame, Surface, Triangle};
 
+/// Farthest from the middle of the picture before that a point is said to have been, in halves of the
+/// picture: what was beside the eye has no place, and would spoil means.
+const REACH: DVec2 = DVec2::splat(8.0);
+
 /// Two pictures, one after the other.
 #[derive(Debug)]
 pub(crate) struct Seen {
@@ -43,7 +47,7 @@ impl World {
             [point.position - seen.now.origin, then]
         };
         match (seen.now.project(now), seen.then.project(then)) {
-            (Some(now), Some(then)) => then - now,
+            (Some(now), Some(then)) => then.clamp(-REACH, REACH) - now,
             _ => DVec2::ZERO,
         }
     }
