@@ -243,6 +243,55 @@ fn one_flies_and_changes_every_setting() {
     assert_silent(&session);
 }
 
+/// A demo plays, is sought, and shows the same moment the same way whatever was shown before.
+fn plays_a_demo(session: &mut Session) {
+    session.app.panels.hidden = true;
+    session.app.args.picture.spp = 2;
+    session.app.open(Some("demo1.dem".into()));
+    session.until(LIMIT, App::is_done).expect("a picture");
+    let start = session.app.eye;
+    let seek = |session: &mut Session, time: f64| {
+        session.app.player.as_mut().expect("a demo").seek(time);
+        session.until(LIMIT, App::is_done).expect("a picture");
+        session.frame().expect("a frame");
+        let film = session.app.film().expect("a device").expect("a film");
+        (session.app.eye, film.beauty)
+    };
+    let first = seek(session, 4.0);
+    assert!(first.0 != start, "the player has moved");
+    session.tap(Key::Enter).expect("frames");
+    session.frames(10).expect("frames");
+    let player = session.app.player.as_ref().expect("a demo");
+    assert!(
+        player.plays && player.time > 4.2 && player.time < 4.6,
+        "{}",
+        player.time
+    );
+    session.tap(Key::Enter).expect("frames");
+    session.tap(Key::ArrowRight).expect("frames");
+    assert!(session.app.player.as_ref().expect("a demo").time > 9.0);
+    assert!(
+        seek(session, 4.0) == first,
+        "the same moment, the same picture"
+    );
+    // Backwards into the beginning, where it stops.
+    let player = session.app.player.as_mut().expect("a demo");
+    (player.time, player.speed, player.plays) = (0.1, -2.0, true);
+    session.frames(10).expect("frames");
+    let player = session.app.player.as_ref().expect("a demo");
+    assert!(player.time == 0.0 && !player.plays);
+    // Whoever moves leaves the player's eye.
+    session.key(Key::W, true);
+    session.frames(3).expect("frames");
+    session.key(Key::W, false);
+    assert!(!session.app.player.as_ref().expect("a demo").follows);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    // A level by itself ends the demo.
+    session.app.open(None);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert!(session.app.player.is_none());
+}
+
 /// A level that can't be read leaves the picture; a good one replaces it; keys reach the window.
 #[test]
 fn levels_are_opened_and_broken_ones_keep_the_picture() {
@@ -290,10 +339,15 @@ fn levels_are_opened_and_broken_ones_keep_the_picture() {
             .browser
             .clone()
             .expect("a list of levels");
-        assert!(names.iter().any(|n| n == "start"), "{names:?}");
-        session.app.open(Some("start".into()));
+        assert!(names.iter().any(|n| n == "lqdm1"), "{names:?}");
+        session.app.open(Some("lqdm1".into()));
         session.until(LIMIT, App::is_done).expect("a picture");
-        assert!(session.app.title().contains("start"));
+        assert!(session.app.title().contains("lqdm1"));
+    }
+    if levels::game().is_some() {
+        let folder = levels::data();
+        session.app.global.basedir = Some(folder);
+        plays_a_demo(&mut session);
     }
     session.tap(Key::F11).expect("frames");
     session.tap(Key::M).expect("frames");

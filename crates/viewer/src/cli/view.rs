@@ -7,6 +7,8 @@ const VIEW_EXAMPLES: &str = "\
 Examples:
   runelight view
       fly through the bundled sample level
+  runelight view demo1.dem --basedir ~/quake
+      watch a demo, and leave the player's eye
   runelight view start --basedir ~/quake --fov 100
   runelight view my.bsp --threshold 0.3 --exposure 1
 

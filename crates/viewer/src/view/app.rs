@@ -7,17 +7,23 @@ use super::keys::{Action, Bindings};
 use super::notices::Notices;
 use super::pace::{Pace, Slice, coarse};
 use super::panels::{self, Panels};
+use super::player::Player;
+use super::preferences::Preferences;
 use super::save::{self, Picture, Saved};
 use super::stage::{Loading, Order, Stage, Wanted, settings_of};
 use super::statistics::Statistics;
 use super::walk::{Walker, Walls};
+use super::watch::Watch;
 use crate::cli::{CameraChoice, Global, Render};
 use crate::device::Device;
 use crate::tonemap::Tonemap;
 use anyhow::Result;
 use rt::{Filter, Gpu, Screen, Shown, ToneCurve};
+use scene::camera::DEFAULT_FOV_DEG;
+use scene::playback;
 use scene::render::{Renderer as _, Settings};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 /// After so many seconds without a change the picture is made at its full size.
@@ -81,8 +87,17 @@ pub struct App {
     pub bindings: Bindings,
     /// Where pictures go.
     pub folder: PathBuf,
+    /// What is remembered.
+    pub preferences: Preferences,
     pub(super) stage: Option<Stage>,
     pub(super) loading: Option<Loading>,
+    /// The demo that is shown.
+    pub player: Option<Player>,
+    /// When and for whom `frame` is.
+    moment: Option<(f64, playback::Eye)>,
+    /// What is shown of the demo.
+    frame: Option<scene::Frame>,
+    watch: Option<Watch>,
     /// What `stage` was asked for, so that files of materials are not read in every frame.
     considered: Option<Render>,
     walker: Option<Walker>,
@@ -127,8 +142,13 @@ impl App {
             notices: Notices::default(),
             bindings: Bindings::default(),
             folder: PathBuf::new(),
+            preferences: Preferences::default(),
             stage: None,
             loading: None,
+            player: None,
+            moment: None,
+            frame: None,
+            watch: None,
             considered: None,
             walker: None,
             camera: 0,
@@ -156,7 +176,11 @@ impl App {
 
     /// Begins to load a level. The old one stays until it is there.
     pub fn open(&mut self, level: Option<String>) {
-        self.load(Wanted::Level(level), false);
+        let is_demo = |name: &String| name.to_ascii_lowercase().ends_with(".dem");
+        match level {
+            Some(demo) if is_demo(&demo) => self.load(Wanted::Demo(demo, None, 0.0), false),
+            level => self.load(Wanted::Level(level), false),
+        }
     }
 
     fn load(&mut self, wanted: Wanted, keeps_eye: bool) {
@@ -180,6 +204,7 @@ impl App {
         self.loading.is_none()
             && self.writing.is_none()
             && !self.is_saving
+            && !self.player.as_ref().is_some_and(|p| p.plays)
             && self.stage.is_some()
             && self.is_still()
             && !self.needs_turning()
@@ -313,17 +338,23 @@ impl App {
             self.writing = None;
             match result {
                 Ok(saved) => {
-                    self.ctx.copy_text(saved.command.clone());
+                    if !saved.command.is_empty() {
+                        self.ctx.copy_text(saved.command.clone());
+                    }
                     let names: Vec<_> = saved
                         .files
                         .iter()
                         .map(|f| f.display().to_string())
                         .collect();
                     let names = names.join(" and ");
-                    self.notices.say(format!(
-                        "saved {names}; the clipboard has the command that makes them again:\n{}",
-                        saved.command
-                    ));
+                    self.notices.say(if saved.command.is_empty() {
+                        format!("saved {names}")
+                    } else {
+                        format!(
+                            "saved {names}; the clipboard has the command that makes them again:\n{}",
+                            saved.command
+                        )
+                    });
                     self.saved = Some(saved);
                 }
                 Err(error) => self
@@ -334,6 +365,19 @@ impl App {
     }
 
     fn take(&mut self, stage: Stage, is_new: bool) {
+        let name = stage.level.clone();
+        self.watch = match &stage.showing {
+            None => name.as_ref().and_then(|name| Watch::new(name.as_ref())),
+            Some(_) => None,
+        };
+        (self.moment, self.frame) = (None, None);
+        self.player = stage
+            .showing
+            .as_ref()
+            .map(|showing| match self.player.take() {
+                Some(player) if Arc::ptr_eq(&player.timeline, &showing.timeline) => player,
+                _ => Player::new(name.unwrap_or_default(), showing.timeline.clone(), 0.0),
+            });
         let same_level = (self.stage.as_ref()).is_some_and(|old| old.level == stage.level);
         if is_new && !same_level {
             let view = &mut self.args.picture.view;
@@ -348,6 +392,9 @@ impl App {
             self.considered = Some(self.args.clone());
             (self.walker, self.camera) = (None, 0);
             self.flight.stop();
+        }
+        if let Some(name) = stage.level.as_ref().filter(|_| is_new) {
+            self.preferences.visit(name);
         }
         if is_new {
             for warning in stage.scene.report.warnings.iter().take(3) {
@@ -399,6 +446,30 @@ impl App {
         if wheel != 0.0 {
             self.flight.turn_wheel(wheel);
         }
+        let moves = controls.forward != 0.0 || controls.right != 0.0 || controls.up != 0.0;
+        let still = self.loading.as_ref().is_some_and(Loading::is_new);
+        match &mut self.player {
+            Some(player) => {
+                // Who takes the view in hand leaves the player's eye.
+                player.follows &= !moves && look == egui::Vec2::ZERO;
+                if !still {
+                    player.pass(seconds);
+                }
+                let step = f64::from(
+                    i8::from(pressed(Action::Later)) - i8::from(pressed(Action::Earlier)),
+                );
+                if step != 0.0 {
+                    player.seek(player.time + 5.0 * step);
+                }
+                player.plays ^= pressed(Action::Play);
+            }
+            None => {
+                let written = self.watch.as_mut().is_some_and(|w| w.pass(seconds));
+                if written && self.loading.is_none() {
+                    self.reload();
+                }
+            }
+        }
         self.eye = self.eye.turned([look.x, look.y]);
         self.go(&controls, seconds);
 
@@ -442,7 +513,7 @@ impl App {
     pub fn open_file(&mut self, path: &std::path::Path) {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         match extension.to_ascii_lowercase().as_str() {
-            "bsp" => self.open(Some(path.display().to_string())),
+            "bsp" | "dem" => self.open(Some(path.display().to_string())),
             "pak" => {
                 self.global.pak.push(path.to_owned());
                 self.panels.open = true;
@@ -450,7 +521,9 @@ impl App {
             }
             other => {
                 let name = path.display();
-                let why = format!("{name}: a level ends in .bsp, an archive in .pak, not .{other}");
+                let why = format!(
+                    "{name}: a level ends in .bsp, a demo in .dem, an archive in .pak, not .{other}"
+                );
                 self.notices.error(why);
             }
         }
@@ -458,6 +531,10 @@ impl App {
 
     /// Reads the level's files anew; the eye stays.
     pub fn reload(&mut self) {
+        if let Some(player) = &self.player {
+            self.load(Wanted::Demo(player.demo.clone(), None, player.time), true);
+            return;
+        }
         let level = self.stage.as_ref().map(|s| s.level.clone());
         let level = level.unwrap_or_else(|| self.args.level.clone());
         self.load(Wanted::Level(level), true);
@@ -541,7 +618,10 @@ impl App {
     fn needs_turning(&self) -> bool {
         match (&self.stage, &self.told) {
             (Some(stage), Some([_, full])) => {
-                !stage.scene.sprites.is_empty() && stage.turned_to != full.camera
+                // Those of demos are turned with everything else that moves.
+                !stage.scene.sprites.is_empty()
+                    && stage.showing.is_none()
+                    && stage.turned_to != full.camera
             }
             _ => false,
         }
@@ -562,7 +642,10 @@ impl App {
         }
         match self.args.picture.import_options() {
             Ok(options) if options != stage.options => {
-                let again = Wanted::Again(stage.level.clone(), stage.loaded.clone());
+                let again = match &self.player {
+                    Some(p) => Wanted::Demo(p.demo.clone(), Some(p.timeline.clone()), p.time),
+                    None => Wanted::Again(stage.level.clone(), stage.loaded.clone()),
+                };
                 self.load(again, true);
             }
             Ok(_) => self.considered = Some(self.args.clone()),
@@ -575,15 +658,33 @@ impl App {
 
     /// Traces what fits into this frame of a window of `size` pixels. Whether the film has changed.
     fn trace(&mut self, size: [u32; 2], seconds: f32) -> Result<bool> {
-        let Some(stage) = &mut self.stage else {
-            return Ok(false);
-        };
         let mut args = self.args.clone();
         args.picture.view.camera = Some(CameraChoice::Pose(self.eye.pose()));
         let percent = self.panels.percent.clamp(1, 100);
         let scaled = size.map(|n| (n * percent / 100).max(1));
         args.picture.view.size = scaled.into();
-        let full = match settings_of(&args, &stage.scene) {
+        if self.player.is_some() {
+            match self.moment_of_demo(&args) {
+                Ok(true) => {}
+                Ok(false) => return Ok(false),
+                Err(error) => {
+                    self.notices.error(format!("{error:#}"));
+                    return Ok(false);
+                }
+            }
+        }
+        let Some(stage) = &mut self.stage else {
+            return Ok(false);
+        };
+        let full = match (&self.frame, settings_of(&args, &stage.scene)) {
+            (Some(frame), Ok(still)) => Ok(Settings {
+                camera: frame.camera.clone(),
+                time: frame.time,
+                ..still
+            }),
+            (_, still) => still,
+        };
+        let full = match full {
             Ok(full) => full,
             Err(error) => {
                 self.notices.error(format!("{error:#}"));
@@ -604,37 +705,40 @@ impl App {
             .panels
             .budget_ms
             .max(2.0 * self.statistics.display_ms());
-        if !stage.tracer.is_busy()?
-            && let Some([told, _]) = &self.told
-        {
+        let busy = stage.tracer.is_busy()?;
+        if !busy && let Some([told, _]) = &self.told {
             self.pace
                 .learn([told.width, told.height], stage.tracer.sample_ms());
         }
         if changed {
             self.coarseness = self.pace.coarseness(scaled);
-        } else if self.still_for > SETTLED {
-            self.coarseness = 1;
+        } else if self.still_for > SETTLED && self.pace.samples() > 0 && !busy {
+            // Twice as fine, and again, so that slow devices show something better soon.
+            self.coarseness = (self.coarseness / 2).max(1);
         }
         let mut now = full.clone();
         [now.width, now.height] = coarse(scaled, self.coarseness);
         if self.told.as_ref().map(|[told, _]| told) != Some(&now) {
-            if stage.tracer.is_busy()? && self.coarseness > 1 {
+            if busy && self.coarseness > 1 {
                 // A slow device that still works on the last view: this one would only wait.
                 return Ok(false);
             }
             stage.tracer.set(&now)?;
+            if let Some(frame) = &self.frame {
+                stage.tracer.show(frame)?;
+            }
             self.pace.restart();
             self.statistics.restart();
-        } else if stage.tracer.is_busy()? {
+        } else if busy {
             self.told = Some([now, full]);
             return Ok(false);
         }
         let size = [now.width, now.height];
         let is_whole = now == full;
         self.told = Some([now, full]);
-        // Coarse pictures are for moving: one sample, whole.
+        // Coarse pictures have one sample; while the eye moves it must be there with the frame.
         let goal = if is_whole { self.args.picture.spp } else { 1 };
-        let whole = !is_whole || self.is_saving;
+        let whole = self.still_for <= SETTLED && !is_whole || is_whole && self.is_saving;
         let Some(slice) = self.pace.next(size, goal, whole) else {
             return Ok(false);
         };
@@ -658,6 +762,45 @@ impl App {
         Ok(self.pace.samples() > 0)
     }
 
+    /// Makes the frame of the demo's time; `false` while its level is not there.
+    fn moment_of_demo(&mut self, args: &Render) -> Result<bool> {
+        let (Some(player), Some(stage)) = (&self.player, &self.stage) else {
+            return Ok(false);
+        };
+        let (Some(showing), Some(state)) = (&stage.showing, player.state()) else {
+            return Ok(false);
+        };
+        if state.level != showing.index {
+            if self.loading.is_none() {
+                let timeline = Some(player.timeline.clone());
+                self.load(
+                    Wanted::Demo(player.demo.clone(), timeline, player.time),
+                    true,
+                );
+            }
+            return Ok(false);
+        }
+        let view = &args.picture.view;
+        let eye = if player.follows {
+            playback::Eye::Player {
+                fov_deg: view.fov.map_or(DEFAULT_FOV_DEG, |fov| fov as f32),
+                lens: view.lens_of(None)?,
+            }
+        } else {
+            playback::Eye::Free(view.camera_of(&stage.scene, 0.0)?)
+        };
+        let moment = (player.time, eye);
+        if self.moment.as_ref() != Some(&moment) {
+            let level = &showing.timeline.levels()[state.level];
+            let frame = playback::frame(&state, level, &stage.scene, &showing.cast, &moment.1);
+            if player.follows {
+                self.eye = Eye::of(&frame.camera);
+            }
+            (self.moment, self.frame) = (Some(moment), Some(frame));
+        }
+        Ok(true)
+    }
+
     /// Writes the picture, if that was asked for and it is at a whole sample.
     fn write(&mut self, ctx: &egui::Context) -> Result<()> {
         let ready = self.is_still() && self.pace.is_even() && self.pace.samples() > 0;
@@ -677,6 +820,7 @@ impl App {
             film: stage.tracer.film()?,
             device: self.device.clone(),
             folder: self.folder.clone(),
+            is_demo: stage.showing.is_some(),
         };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();

@@ -33,10 +33,16 @@ pub enum Action {
     Help,
     /// Fill the screen, or not.
     FullScreen,
+    /// Play the demo, or stop it.
+    Play,
+    /// Some seconds of the demo back.
+    Earlier,
+    /// Some seconds of the demo forward.
+    Later,
 }
 
 /// All of them with their names in the settings file, what they do, and their usual keys.
-pub const ACTIONS: [(Action, &str, &str, Key); 14] = [
+pub const ACTIONS: [(Action, &str, &str, Key); 17] = [
     (Action::Forward, "forward", "move forward", Key::W),
     (Action::Back, "back", "move backward", Key::S),
     (Action::Left, "left", "move to the left", Key::A),
@@ -75,6 +81,24 @@ pub const ACTIONS: [(Action, &str, &str, Key); 14] = [
         "full_screen",
         "fill the screen",
         Key::F11,
+    ),
+    (
+        Action::Play,
+        "play",
+        "play the demo, or stop it",
+        Key::Enter,
+    ),
+    (
+        Action::Earlier,
+        "earlier",
+        "5 seconds of the demo back",
+        Key::ArrowLeft,
+    ),
+    (
+        Action::Later,
+        "later",
+        "5 seconds of the demo forward",
+        Key::ArrowRight,
     ),
 ];
 

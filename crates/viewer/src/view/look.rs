@@ -1,7 +1,9 @@
 //! What the picture depends on: the options of `runelight render`, as they stand at a moment. So a
 //! picture of the window is always one that the command line can make again.
 
-use crate::cli::{CameraChoice, Cli, Command, Global, LayerList, Render};
+use crate::cli::{
+    CameraChoice, Cli, Command, EstimatorName, Global, LayerList, PictureArgs, Render,
+};
 use crate::output::Layer;
 use clap::{Parser as _, ValueEnum};
 use scene::import::FogKeys;
@@ -24,6 +26,45 @@ pub fn defaults() -> Render {
 pub fn layers(all: bool) -> LayerList {
     let names = if all { "all" } else { "beauty" };
     Layer::parse_list(names).map_or_else(|_| LayerList(vec![Layer::Beauty]), LayerList)
+}
+
+/// Some settings at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// Brute force, as the prototype did it: cosine-distributed walks that find light by hitting it.
+    Thesis,
+    /// Few bounces and no bright dots, for looking around on slow devices.
+    Preview,
+    /// All light, however often it is reflected.
+    Truth,
+}
+
+impl Preset {
+    /// All of them with name and hint.
+    pub const ALL: [(Self, &str, &str); 3] = [
+        (
+            Self::Thesis,
+            "thesis",
+            "brute force: walks that find light by hitting it, depth 4",
+        ),
+        (Self::Preview, "preview", "depth 3, samples clamped"),
+        (Self::Truth, "truth", "unlimited depth, nothing clamped"),
+    ];
+
+    /// Sets what it is about; the rest stays.
+    pub fn apply(self, picture: &mut PictureArgs) {
+        let usual = defaults().picture;
+        picture.sampler = usual.sampler;
+        picture.selection = usual.selection;
+        picture.candidates = usual.candidates;
+        picture.lighting = usual.lighting;
+        let (estimator, depth, clamp) = match self {
+            Self::Thesis => (EstimatorName::Naive, 4, None),
+            Self::Preview => (EstimatorName::Mis, 3, Some(10.0)),
+            Self::Truth => (EstimatorName::Mis, 0, None),
+        };
+        (picture.estimator, picture.depth, picture.clamp) = (estimator, depth, clamp);
+    }
 }
 
 /// A line for a shell.

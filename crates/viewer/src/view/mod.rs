@@ -12,11 +12,14 @@ pub mod look;
 pub mod notices;
 pub mod pace;
 pub mod panels;
+pub mod player;
+pub mod preferences;
 pub mod save;
 pub mod session;
 pub mod stage;
 pub mod statistics;
 pub mod walk;
+pub mod watch;
 pub mod window;
 
 /// Samples per pixel at which a picture is done where nothing else is asked for.

@@ -24,6 +24,8 @@ pub struct Picture {
     pub film: Film,
     /// What it was rendered on.
     pub device: Device,
+    /// Whether it is a moment of a demo, which `render` knows nothing of.
+    pub is_demo: bool,
     /// The folder to write to.
     pub folder: PathBuf,
 }
@@ -33,7 +35,7 @@ pub struct Picture {
 pub struct Saved {
     /// Where to.
     pub files: Vec<PathBuf>,
-    /// The command that makes the same files.
+    /// The command that makes the same files; empty for a moment of a demo.
     pub command: String,
 }
 
@@ -64,7 +66,11 @@ pub fn save(mut picture: Picture) -> Result<Saved> {
     options.view.camera = Some(CameraChoice::Pose(pose));
     options.adaptive = false;
     (options.time_limit, options.target_error) = (None, None);
-    let command = command_line(args, &picture.global);
+    let command = if picture.is_demo {
+        String::new()
+    } else {
+        command_line(args, &picture.global)
+    };
     let (options, device) = (&args.picture, &picture.device);
     let style = options.style(options.notes(&picture.scene, settings, device, film));
     let files = Outputs::open(&args.output)?.write(film, &style)?;

@@ -2,11 +2,14 @@
 
 use super::fly::Eye;
 use crate::cli::{CameraChoice, Global, Render};
+use crate::demo;
 use crate::level::{Loaded, Source};
-use anyhow::{Result, anyhow};
+use anyhow::{Context as _, Result, anyhow};
 use rt::{Gpu, PathTracer};
-use scene::import::ImportOptions;
+use scene::import::{Cast, ImportOptions};
+use scene::playback::Parts;
 use scene::render::Settings;
+use scene::timeline::Timeline;
 use scene::{Camera, Scene};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -23,12 +26,24 @@ pub struct Stage {
     pub options: ImportOptions,
     /// What the renderer has.
     pub scene: Arc<Scene>,
+    /// What is shown of a demo; `None` of a level by itself.
+    pub showing: Option<Showing>,
     /// The renderer.
     pub tracer: PathTracer,
     /// The camera that its sprites are turned to.
     pub turned_to: Camera,
     /// Reading, importing, uploading.
     pub seconds: [f64; 3],
+}
+
+/// A level of a demo.
+pub struct Showing {
+    /// The demo.
+    pub timeline: Arc<Timeline>,
+    /// The level's number in it.
+    pub index: usize,
+    /// What moves.
+    pub cast: Cast,
 }
 
 /// What is to be loaded.
@@ -38,6 +53,8 @@ pub enum Wanted {
     Level(Option<String>),
     /// The same files once more, with other options.
     Again(Option<String>, Arc<Loaded>),
+    /// The level of a demo at a time; the demo is read first where it is not given.
+    Demo(String, Option<Arc<Timeline>>, f64),
     /// The same scene with its sprites turned to another camera.
     Turned(Option<String>, Arc<Loaded>, Arc<Scene>),
 }
@@ -45,6 +62,7 @@ pub enum Wanted {
 impl Wanted {
     fn name(&self) -> String {
         match self {
+            Self::Demo(demo, ..) => demo.clone(),
             Self::Level(level) | Self::Again(level, _) | Self::Turned(level, ..) => {
                 level.clone().unwrap_or_else(|| "the sample level".into())
             }
@@ -117,7 +135,7 @@ impl Loading {
     /// Whether the files are read anew.
     #[must_use]
     pub fn is_new(&self) -> bool {
-        matches!(self.wanted, Wanted::Level(_))
+        matches!(self.wanted, Wanted::Level(_) | Wanted::Demo(_, None, _))
     }
 
     /// What is being done, the share of all that is done before, and for how long it lasts so far.
@@ -143,7 +161,22 @@ pub fn settings_of(args: &Render, scene: &Scene) -> Result<Settings> {
 
 fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
     let start = Instant::now();
+    let mut film = None;
     let (level, loaded, scene) = match wanted {
+        Wanted::Demo(name, timeline, time) => {
+            let timeline = match timeline {
+                Some(timeline) => timeline,
+                None => {
+                    let bytes = demo::read(&name, &order.global)?;
+                    Arc::new(demo::timeline(&bytes, &order.global)?)
+                }
+            };
+            let index = timeline.level_at(time).context("the demo shows no level")?;
+            let map = &timeline.levels()[index].map;
+            let loaded = Arc::new(Source::of_demo(map, &order.global)?.load()?);
+            film = Some((timeline, index));
+            (Some(name), loaded, None)
+        }
         Wanted::Turned(level, loaded, scene) => (level, loaded, Some(scene)),
         Wanted::Again(level, loaded) => (level, loaded, None),
         Wanted::Level(level) => {
@@ -159,9 +192,19 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
         args.picture.view.camera_path = None;
     }
     let options = args.picture.import_options()?;
-    let mut scene = match scene {
-        Some(scene) => scene.as_ref().clone(),
-        None => loaded.import(&options)?,
+    let (mut scene, showing) = match (scene, film) {
+        (_, Some((timeline, index))) => {
+            let parts = Parts::of(&timeline, index);
+            let (scene, cast) = loaded.import_cast(&options, parts.list())?;
+            let showing = Showing {
+                timeline,
+                index,
+                cast,
+            };
+            (scene, Some(showing))
+        }
+        (Some(scene), None) => (scene.as_ref().clone(), None),
+        (None, None) => (loaded.import(&options)?, None),
     };
     // A camera's number or name is another level's.
     let at = args.picture.scene.at;
@@ -184,6 +227,7 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
         loaded,
         options,
         scene,
+        showing,
         tracer,
         turned_to: settings.camera,
         seconds,

@@ -1,10 +1,12 @@
 //! The window around the viewer.
 
 use super::app::{App, Input, Wish};
+use super::preferences::Preferences;
 use crate::cli::{Global, Render};
 use crate::device::Device;
 use anyhow::{Result, anyhow, bail};
 use rt::Screen;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -71,6 +73,12 @@ pub fn run(global: &Global, args: &Render, options: Options) -> Result<Vec<Strin
         failure: None,
     };
     events.run_app(&mut handler)?;
+    if let Some(running) = &handler.running
+        && let Some(file) = &running.file
+        && let Err(error) = running.app.preferences().write(file)
+    {
+        tracing::warn!("the settings are not kept: {error:#}");
+    }
     match (handler.failure, handler.running) {
         (Some(error), _) => Err(error),
         (None, Some(mut running)) => {
@@ -94,6 +102,8 @@ struct Running {
     screen: Screen,
     egui: egui_winit::State,
     window: Arc<winit::window::Window>,
+    /// Where preferences are kept.
+    file: Option<PathBuf>,
     last: Instant,
     frames: u64,
     title: String,
@@ -111,7 +121,20 @@ impl Handler<'_> {
         let size = window.inner_size();
         let size = [size.width, size.height];
         let screen = Screen::of_window(&opened.1, Arc::clone(&window), size)?;
-        let app = App::new(opened, self.global.clone(), self.args.clone());
+        let mut app = App::new(opened, self.global.clone(), self.args.clone());
+        // A pilot's flight is no person's: nothing is remembered of it.
+        let file = Preferences::path().filter(|_| self.options.pilot.is_none());
+        let file = file.and_then(|path| match Preferences::read(&path) {
+            Ok(preferences) => {
+                app.prefer(preferences);
+                Some(path)
+            }
+            Err(error) => {
+                // Not written over: it is a person's, who made a mistake.
+                app.notices.error(format!("{error:#}"));
+                None
+            }
+        });
         let egui = egui_winit::State::new(
             app.egui().clone(),
             egui::ViewportId::ROOT,
@@ -125,6 +148,7 @@ impl Handler<'_> {
             screen,
             egui,
             window,
+            file,
             last: Instant::now(),
             frames: 0,
             title: String::new(),

@@ -1,5 +1,6 @@
 //! What lies over the picture.
 
+mod demo;
 mod open;
 mod places;
 mod render;
@@ -58,6 +59,17 @@ impl Default for Panels {
     }
 }
 
+impl Panels {
+    /// None but the bar.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            render: false,
+            ..Self::default()
+        }
+    }
+}
+
 /// Shows the picture and what lies over it.
 pub fn show(app: &mut App, ctx: &Context) {
     picture(app, ctx);
@@ -66,6 +78,7 @@ pub fn show(app: &mut App, ctx: &Context) {
         return;
     }
     bar(app, ctx);
+    demo::show(app, ctx);
     let window = |title: &str, at: Align2, offset: egui::Vec2| {
         egui::Window::new(title)
             .anchor(at, offset)
@@ -109,7 +122,7 @@ fn picture(app: &App, ctx: &Context) {
     }
     if !ctx.input(|i| i.raw.hovered_files.is_empty()) {
         painter.rect_filled(screen, 0.0, Color32::from_black_alpha(160));
-        let text = "drop a level (.bsp) or an archive (.pak) to open it";
+        let text = "drop a level (.bsp), a demo (.dem) or an archive (.pak) to open it";
         let font = egui::FontId::proportional(24.0);
         painter.text(
             screen.center(),

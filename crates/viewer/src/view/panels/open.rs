@@ -1,4 +1,4 @@
-//! The levels of the search path.
+//! The levels and demos of the search path.
 
 use super::App;
 use crate::level::search_path;
@@ -13,7 +13,8 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 let name = f.strip_prefix("maps/")?.strip_suffix(".bsp")?.to_owned();
                 (!name.starts_with("b_")).then_some(name)
             });
-            names.collect()
+            let demos = search.list("").into_iter().filter(|f| f.ends_with(".dem"));
+            names.chain(demos).collect()
         });
         app.panels.browser = Some(levels.unwrap_or_else(|why| {
             app.notices.error(format!("{why:#}"));
@@ -23,6 +24,16 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     let mut wanted = None;
     if ui.button("the sample level").clicked() {
         wanted = Some(None);
+    }
+    let recent = app.preferences.recent.clone();
+    if !recent.is_empty() {
+        ui.collapsing("opened lately", |ui| {
+            for name in recent {
+                if ui.button(&name).clicked() {
+                    wanted = Some(Some(name));
+                }
+            }
+        });
     }
     let field =
         egui::TextEdit::singleline(&mut app.panels.filter).hint_text("part of a name, or a file");
@@ -39,7 +50,11 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         }
         for name in levels.iter().filter(|n| n.contains(&part)) {
             if ui.button(name).clicked() {
-                wanted = Some(Some(format!("maps/{name}.bsp")));
+                wanted = Some(Some(if name.ends_with(".dem") {
+                    name.clone()
+                } else {
+                    format!("maps/{name}.bsp")
+                }));
             }
         }
     });

@@ -43,6 +43,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     let names: Vec<String> = (app.stage.iter())
         .flat_map(|s| s.scene.cameras.iter().map(|c| c.name.clone()))
         .collect();
+    bookmarks(app, ui);
     ui.separator();
     egui::ScrollArea::vertical()
         .max_height(160.0)
@@ -53,6 +54,39 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 }
             }
         });
+}
+
+/// The level's places that are remembered.
+fn bookmarks(app: &mut App, ui: &mut Ui) {
+    let Some(level) = app.stage.as_ref().map(|s| s.loaded.level.name.clone()) else {
+        return;
+    };
+    let pose = app.eye.pose();
+    let (mut goes, mut forgets) = (None, None);
+    let places = app.preferences.places.entry(level.clone()).or_default();
+    if ui.button("Remember this place").clicked() && !places.contains(&pose) {
+        places.push(pose);
+    }
+    for (i, place) in places.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let [x, y, z, ..] = place;
+            if ui.button(format!("{x:.0} {y:.0} {z:.0}")).clicked() {
+                goes = Eye::from_pose(*place);
+            }
+            if ui.small_button("x").on_hover_text("forget it").clicked() {
+                forgets = Some(i);
+            }
+        });
+    }
+    if let Some(i) = forgets {
+        places.remove(i);
+    }
+    if places.is_empty() {
+        app.preferences.places.remove(&level);
+    }
+    if let Some(eye) = goes {
+        app.go_to(eye);
+    }
 }
 
 fn go_by_name(app: &mut App, name: &str) {

@@ -3,7 +3,7 @@
 use super::App;
 use crate::cli::{EstimatorName, LightingName, Lights, SamplerName, SelectionName};
 use crate::tonemap::Tonemap;
-use crate::view::look::defaults;
+use crate::view::look::{Preset, defaults};
 use clap::ValueEnum;
 use egui::{ComboBox, DragValue, Grid, Slider, Ui, Widget};
 use scene::camera::DEFAULT_FOV_DEG;
@@ -82,6 +82,13 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     let usual = defaults().picture;
     let picture = &mut app.args.picture;
     let mut focuses = false;
+    ui.horizontal(|ui| {
+        for (preset, name, hint) in Preset::ALL {
+            if ui.button(name).on_hover_text(hint).clicked() {
+                preset.apply(picture);
+            }
+        }
+    });
     egui::CollapsingHeader::new("Shown")
         .default_open(true)
         .show(ui, |ui| {

@@ -1,0 +1,216 @@
+//! What the window remembers from one time to the next: a TOML file in the platform's directory for
+//! such.
+
+use super::app::App;
+use super::panels::BUDGET_MS;
+use anyhow::{Context as _, Result};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Levels and demos that are remembered.
+const RECENT: usize = 12;
+/// No such file is longer.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// What is remembered. Anything may be missing.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Preferences {
+    /// Levels and demos, the newest first.
+    pub recent: Vec<String>,
+    /// Where pictures go; the current directory where it is empty.
+    pub folder: PathBuf,
+    /// Milliseconds of tracing in a frame.
+    pub budget_ms: Option<f64>,
+    /// Panels that are open: `picture`, `statistics`, `places`.
+    pub panels: Option<Vec<String>>,
+    /// Other keys than the usual: from an action (`save`) to a key (`F12`).
+    pub keys: BTreeMap<String, String>,
+    /// Places by level: x, y, z, pitch, yaw, roll.
+    pub places: BTreeMap<String, Vec<[f32; 6]>>,
+}
+
+/// A string as TOML has it, which is as JSON has it.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn list<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
+    let items: Vec<String> = items.iter().map(text).collect();
+    format!("[{}]", items.join(", "))
+}
+
+impl Preferences {
+    /// The file, where the platform has a directory for it.
+    #[must_use]
+    pub fn path() -> Option<PathBuf> {
+        let var = |name| {
+            std::env::var_os(name)
+                .filter(|v| !v.is_empty())
+                .map(PathBuf::from)
+        };
+        let folder = if cfg!(windows) {
+            var("APPDATA")?
+        } else if cfg!(target_os = "macos") {
+            var("HOME")?.join("Library/Application Support")
+        } else {
+            var("XDG_CONFIG_HOME").or_else(|| Some(var("HOME")?.join(".config")))?
+        };
+        Some(folder.join("runelight").join("window.toml"))
+    }
+
+    /// Reads the file; nothing where there is none.
+    ///
+    /// # Errors
+    /// When it can't be read or is wrong.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = || path.display().to_string();
+        match std::fs::metadata(path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) => Err(error).with_context(name),
+            Ok(meta) if meta.len() > MAX_BYTES => {
+                anyhow::bail!("{}: longer than any settings are", path.display())
+            }
+            Ok(_) => {
+                Self::parse(&std::fs::read_to_string(path).with_context(name)?).with_context(name)
+            }
+        }
+    }
+
+    /// Reads what a file holds.
+    ///
+    /// # Errors
+    /// When it is wrong.
+    pub fn parse(text: &str) -> Result<Self> {
+        Ok(toml::from_str(text)?)
+    }
+
+    /// Writes the file, beside its place and then into it.
+    ///
+    /// # Errors
+    /// When that can't be done.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+        let part = path.with_extension("toml.part");
+        let name = || path.display().to_string();
+        std::fs::write(&part, self.text()).with_context(name)?;
+        std::fs::rename(&part, path).with_context(name)
+    }
+
+    /// What the file holds.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("recent = {}\n", list(&self.recent, |r| quoted(r)));
+        text += &format!("folder = {}\n", quoted(&self.folder.to_string_lossy()));
+        if let Some(ms) = self.budget_ms {
+            text += &format!("budget_ms = {ms:?}\n");
+        }
+        if let Some(panels) = &self.panels {
+            text += &format!("panels = {}\n", list(panels, |p| quoted(p)));
+        }
+        text += "\n[keys]\n";
+        for (action, key) in &self.keys {
+            text += &format!("{} = {}\n", quoted(action), quoted(key));
+        }
+        text += "\n[places]\n";
+        for (level, places) in &self.places {
+            let numbers = |place: &[f32; 6]| list(place, |n| format!("{n:?}"));
+            text += &format!("{} = {}\n", quoted(level), list(places, numbers));
+        }
+        text
+    }
+
+    /// Puts a level or demo first among the recent ones.
+    pub fn visit(&mut self, name: &str) {
+        self.recent.retain(|r| r != name);
+        self.recent.insert(0, name.to_owned());
+        self.recent.truncate(RECENT);
+    }
+}
+
+impl App {
+    /// Takes what was remembered. What makes no sense is said.
+    pub fn prefer(&mut self, preferences: Preferences) {
+        for (action, key) in &preferences.keys {
+            if let Err(why) = self.bindings.set(action, key) {
+                self.notices.error(format!("settings: {why}"));
+            }
+        }
+        if let Some(ms) = preferences.budget_ms.filter(|ms| ms.is_finite()) {
+            self.panels.budget_ms = ms.clamp(2.0, 250.0);
+        }
+        if let Some(open) = &preferences.panels {
+            let is_open = |name: &str| open.iter().any(|o| o == name);
+            self.panels.render = is_open("picture");
+            self.panels.statistics = is_open("statistics");
+            self.panels.places = is_open("places");
+        }
+        self.folder.clone_from(&preferences.folder);
+        self.preferences = preferences;
+    }
+
+    /// What is to be remembered.
+    #[must_use]
+    pub fn preferences(&self) -> Preferences {
+        let panels = [
+            ("picture", self.panels.render),
+            ("statistics", self.panels.statistics),
+            ("places", self.panels.places),
+        ];
+        let open = panels.iter().filter(|(_, open)| *open);
+        Preferences {
+            budget_ms: Some(self.panels.budget_ms).filter(|ms| *ms != BUDGET_MS),
+            panels: Some(open.map(|(name, _)| (*name).to_owned()).collect()),
+            ..self.preferences.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let mut all = Preferences {
+            folder: "C:\\pictures \"new\"\n".into(),
+            budget_ms: Some(30.0),
+            panels: Some(vec!["places".into()]),
+            ..Preferences::default()
+        };
+        (0..20).for_each(|i| all.visit(&format!("level {i}.bsp")));
+        all.visit("level 15.bsp");
+        assert_eq!(
+            (all.recent.len(), &*all.recent[0]),
+            (RECENT, "level 15.bsp")
+        );
+        assert_eq!(
+            all.recent.iter().filter(|r| *r == "level 15.bsp").count(),
+            1
+        );
+        all.keys.insert("save".into(), "F12".into());
+        let place = [1.0, -2.5, 3e-5, 0.0, 1e7, 0.1];
+        all.places
+            .insert("maps/a b.bsp".into(), vec![place, [0.0; 6]]);
+        assert_eq!(Preferences::parse(&all.text()).unwrap(), all);
+        let none = Preferences::default();
+        assert_eq!(Preferences::parse(&none.text()).unwrap(), none);
+        assert_eq!(Preferences::parse("").unwrap(), none);
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("deep/window.toml");
+        assert_eq!(Preferences::read(&path).unwrap(), none);
+        all.write(&path).unwrap();
+        assert_eq!(Preferences::read(&path).unwrap(), all);
+    }
+
+    #[test]
+    fn what_is_wrong_is_a_sentence_that_names_it() {
+        let error = |text| Preferences::parse(text).unwrap_err().to_string();
+        assert!(error("colour = 3").contains("colour"));
+        assert!(error("recent = 3").contains("recent"));
+        assert!(error("[places]\na = [[1, 2]]").contains("a ="));
+    }
+}

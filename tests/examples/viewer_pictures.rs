@@ -1,0 +1,70 @@
+//! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE]`.
+
+use clap::Parser as _;
+use runelight::cli::{Cli, Command};
+use runelight::device::Device;
+use runelight::output::PartFile;
+use runelight::view::app::App;
+use runelight::view::panels::Panels;
+use runelight::view::session::Session;
+use std::error::Error;
+use std::path::Path;
+use std::time::Duration;
+
+const SIZE: [u32; 2] = [880, 560];
+/// Of half as many pixels across and down: enough to see what it is.
+const SAMPLES: &str = "12";
+const LIMIT: Duration = Duration::from_secs(900);
+
+/// Opens one panel.
+type Opens = fn(&mut Panels);
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut args = std::env::args().skip(1);
+    let folder = args.next().ok_or("where to?")?;
+    let device = args.next().unwrap_or_else(|| "auto".into());
+    let words = [
+        "runelight",
+        "view",
+        "--spp",
+        SAMPLES,
+        "--exposure",
+        "1.5",
+        "--device",
+        &device,
+    ];
+    let cli = Cli::try_parse_from(words)?;
+    let Some(Command::View(view)) = cli.command else {
+        return Err("view is a command".into());
+    };
+    let opened = Device::for_window(&cli.global.device, false)?;
+    let app = App::new(opened, cli.global, view.render);
+    let mut session = Session::new(app, SIZE, 1.0)?;
+    session.until(LIMIT, |app| app.samples() > 0)?;
+    session.app.notices.pass(1e3);
+    session.app.panels.percent = 50;
+    let panels: [(&str, Opens); 5] = [
+        ("picture", |p| p.render = true),
+        ("statistics", |p| p.statistics = true),
+        ("places", |p| p.places = true),
+        ("open", |p| p.open = true),
+        ("keys", |p| p.keys = true),
+    ];
+    session.until(LIMIT, App::is_done)?;
+    for (name, open) in panels {
+        session.app.panels = Panels::none();
+        session.app.panels.percent = 50;
+        open(&mut session.app.panels);
+        // A panel finds its size in its first frame, and its place in the second.
+        session.frames(6)?;
+        session.until(LIMIT, App::is_done)?;
+        session.frames(2)?;
+        let (size, pixels) = session.picture()?;
+        let path = Path::new(&folder).join(format!("{name}.png"));
+        let mut file = PartFile::create(&path)?;
+        runelight::output::write_rgb8(file.file(), pixels.as_flattened(), size[0], size[1])?;
+        file.commit()?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
