@@ -70,6 +70,9 @@ impl Wanted {
     }
 }
 
+/// The bundled demo, as it is opened.
+pub const SAMPLE_DEMO: &str = "the sample.dem";
+
 /// What loading is doing.
 const PHASES: [&str; 3] = ["reading", "importing", "uploading"];
 
@@ -167,7 +170,8 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
             let timeline = match timeline {
                 Some(timeline) => timeline,
                 None => {
-                    let bytes = demo::read(&name, &order.global)?;
+                    let named = Some(&*name).filter(|name| *name != SAMPLE_DEMO);
+                    let bytes = demo::read(named, &order.global)?;
                     Arc::new(demo::timeline(&bytes, &order.global)?)
                 }
             };

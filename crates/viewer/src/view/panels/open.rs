@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::level::search_path;
+use crate::view::stage::SAMPLE_DEMO;
 use egui::Ui;
 
 pub(super) fn show(app: &mut App, ui: &mut Ui) {
@@ -24,6 +25,9 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     let mut wanted = None;
     if ui.button("the sample level").clicked() {
         wanted = Some(None);
+    }
+    if ui.button("the sample demo").clicked() {
+        wanted = Some(Some(SAMPLE_DEMO.to_owned()));
     }
     let recent = app.preferences.recent.clone();
     if !recent.is_empty() {
