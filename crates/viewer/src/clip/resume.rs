@@ -69,12 +69,16 @@ pub type Found = BTreeMap<u32, String>;
 /// # Errors
 /// When a file was made with other settings, or is none of a clip.
 pub fn find(targets: &Targets, frames: &Range<u32>, made: &str) -> Result<Found> {
-    let each: Vec<(u32, Option<String>)> = (frames.clone().into_par_iter())
-        .map(|frame| Ok((frame, whole(targets, frame, made)?)))
-        .collect::<Result<_>>()?;
-    let found: Found = (each.into_iter())
-        .filter_map(|(frame, stage)| Some((frame, stage?)))
+    let each: Vec<Result<Option<String>>> = (frames.clone().into_par_iter())
+        .map(|frame| whole(targets, frame, made))
         .collect();
+    let mut found = Found::new();
+    // The first of them in order is the one that is told of, and not the one that was looked at first.
+    for (frame, stage) in frames.clone().zip(each) {
+        if let Some(stage) = stage? {
+            found.insert(frame, stage);
+        }
+    }
     let missing = frames.clone().filter(|f| !found.contains_key(f));
     remove_parts(missing.flat_map(|f| targets.files(f).map(|(path, _)| path)));
     Ok(found)
