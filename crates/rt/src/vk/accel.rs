@@ -13,6 +13,12 @@ struct Accel {
 }
 
 impl Accel {
+    /// Memory for the structure of a mesh.
+    fn bottom_level(device: &Arc<Device>, name: &str, size: u64) -> Result<Self, Error> {
+        let kind = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
+        Self::new(device, name, size, kind)
+    }
+
     fn new(
         device: &Arc<Device>,
         name: &str,
@@ -128,8 +134,8 @@ impl Blas {
         let geometries: Vec<Vec<_>> = inputs.iter().map(geometry_structs).collect();
         let counts: Vec<Vec<u32>> = inputs
             .iter()
-            .map(|i| i.geometries.iter().map(|g| g.triangles).collect())
-            .collect();
+            .map(|i| triangle_counts(device, i))
+            .collect::<Result<_, _>>()?;
         let ranges: Vec<Vec<_>> = inputs
             .iter()
             .map(|i| i.geometries.iter().map(|g| range(g.triangles)).collect())
@@ -141,24 +147,14 @@ impl Blas {
         let mut scratch_offsets = Vec::with_capacity(inputs.len());
         let mut scratch_size = 0;
         for ((input, geometry), counts) in inputs.iter().zip(&geometries).zip(&counts) {
-            let triangles: u64 = counts.iter().map(|&n| u64::from(n)).sum();
-            check_limit(
-                "triangles in a mesh",
-                triangles,
-                device.limits().max_primitives,
-            )?;
             let info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
                 .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
                 .flags(flags)
                 .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
                 .geometries(geometry);
             let sizes = build_sizes(device, &info, counts);
-            let accel = Accel::new(
-                device,
-                &input.name,
-                sizes.acceleration_structure_size,
-                vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
-            )?;
+            let accel =
+                Accel::bottom_level(device, &input.name, sizes.acceleration_structure_size)?;
             infos.push(info.dst_acceleration_structure(accel.raw));
             scratch_offsets.push(scratch_size);
             scratch_size += sizes.build_scratch_size.next_multiple_of(alignment);
@@ -214,12 +210,7 @@ impl Blas {
             let mut compact = Vec::with_capacity(full.len());
             r.access(&[Access::BuildRead, Access::BuildWrite]);
             for ((input, blas), &size) in inputs.iter().zip(&full).zip(&sizes) {
-                let accel = Accel::new(
-                    device,
-                    &input.name,
-                    size,
-                    vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
-                )?;
+                let accel = Accel::bottom_level(device, &input.name, size)?;
                 let info = vk::CopyAccelerationStructureInfoKHR::default()
                     .src(blas.accel.raw)
                     .dst(accel.raw)
@@ -251,17 +242,9 @@ impl Blas {
     /// When it has more triangles than the device allows, or there is no memory.
     pub fn for_frames(device: &Arc<Device>, input: &BlasInput) -> Result<Arc<Self>, Error> {
         let geometry = geometry_structs(input);
-        let counts: Vec<u32> = input.geometries.iter().map(|g| g.triangles).collect();
-        let triangles = counts.iter().map(|&n| u64::from(n)).sum();
-        let allowed = device.limits().max_primitives;
-        check_limit("triangles in a mesh", triangles, allowed)?;
+        let counts = triangle_counts(device, input)?;
         let sizes = build_sizes(device, &frames_info(&geometry), &counts);
-        let accel = Accel::new(
-            device,
-            &input.name,
-            sizes.acceleration_structure_size,
-            vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
-        )?;
+        let accel = Accel::bottom_level(device, &input.name, sizes.acceleration_structure_size)?;
         let scratch = [sizes.build_scratch_size, sizes.update_scratch_size];
         Ok(Arc::new(Self { accel, scratch }))
     }
@@ -598,6 +581,15 @@ fn build_sizes(
 
 fn range(primitives: u32) -> vk::AccelerationStructureBuildRangeInfoKHR {
     vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(primitives)
+}
+
+/// Triangles by geometry; an error if the device allows fewer of them in a mesh.
+fn triangle_counts(device: &Device, input: &BlasInput) -> Result<Vec<u32>, Error> {
+    let counts: Vec<u32> = input.geometries.iter().map(|g| g.triangles).collect();
+    let triangles = counts.iter().map(|&n| u64::from(n)).sum();
+    let allowed = device.limits().max_primitives;
+    check_limit("triangles in a mesh", triangles, allowed)?;
+    Ok(counts)
 }
 
 fn geometry_structs(input: &BlasInput) -> Vec<vk::AccelerationStructureGeometryKHR<'static>> {
