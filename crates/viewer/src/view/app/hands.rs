@@ -1,0 +1,178 @@
+//! What a person does with keys and pointer, and where that takes the eye.
+
+use super::{App, Wish};
+use crate::view::fly::{Controls, Eye};
+use crate::view::keys::Action;
+use crate::view::stage::Loading;
+use crate::view::walk::{Walker, Walls};
+
+impl App {
+    /// Does what keys and pointer ask for.
+    pub(super) fn act(&mut self, ctx: &egui::Context, seconds: f32, wishes: &mut Vec<Wish>) {
+        let typing = ctx.wants_keyboard_input();
+        let bindings = self.bindings.clone();
+        let pressed = |action| !typing && ctx.input(|i| i.key_pressed(bindings.key(action)));
+        let held = |action| !typing && ctx.input(|i| i.key_down(bindings.key(action)));
+        let axis = |plus, minus| f32::from(i8::from(held(plus)) - i8::from(held(minus)));
+        let controls = Controls {
+            forward: axis(Action::Forward, Action::Back),
+            right: axis(Action::Right, Action::Left),
+            up: axis(Action::Up, Action::Down),
+            fast: ctx.input(|i| i.modifiers.shift),
+        };
+        let over_panel = ctx.wants_pointer_input() || ctx.is_pointer_over_area();
+        let (look, wheel) = ctx.input(|i| {
+            let drag = if over_panel || !i.pointer.any_down() {
+                egui::Vec2::ZERO
+            } else {
+                i.pointer.delta()
+            };
+            let look = if self.holds_mouse {
+                i.pointer.motion().unwrap_or_default()
+            } else {
+                drag
+            };
+            (
+                look,
+                if over_panel {
+                    0.0
+                } else {
+                    i.smooth_scroll_delta.y / 50.0
+                },
+            )
+        });
+        if wheel != 0.0 {
+            self.flight.turn_wheel(wheel);
+        }
+        let moves = controls.forward != 0.0 || controls.right != 0.0 || controls.up != 0.0;
+        let still = self.loading.as_ref().is_some_and(Loading::is_new);
+        match &mut self.player {
+            Some(player) => {
+                // Who takes the view in hand leaves the player's eye.
+                player.follows &= !moves && look == egui::Vec2::ZERO;
+                if !still {
+                    player.pass(seconds);
+                }
+                let step = f64::from(
+                    i8::from(pressed(Action::Later)) - i8::from(pressed(Action::Earlier)),
+                );
+                if step != 0.0 {
+                    player.seek(player.time + 5.0 * step);
+                }
+                player.plays ^= pressed(Action::Play);
+            }
+            None => {
+                let written = self.watch.as_mut().is_some_and(|w| w.pass(seconds));
+                if written && self.loading.is_none() {
+                    self.reload();
+                }
+            }
+        }
+        self.eye = self.eye.turned([look.x, look.y]);
+        self.go(&controls, seconds);
+
+        if pressed(Action::Walk) {
+            self.set_walking(self.walker.is_none());
+        }
+        if pressed(Action::NextCamera) {
+            self.go_to_camera(self.camera + 1);
+        }
+        if pressed(Action::Save) {
+            self.save();
+        }
+        if pressed(Action::Reload) {
+            self.reload();
+        }
+        if pressed(Action::Panels) {
+            self.panels.hidden = !self.panels.hidden;
+        }
+        if pressed(Action::Help) {
+            self.panels.keys = !self.panels.keys;
+        }
+        let escape = ctx.input(|i| i.key_pressed(egui::Key::Escape));
+        if pressed(Action::MouseLook) || escape && self.holds_mouse {
+            self.holds_mouse = !self.holds_mouse;
+            wishes.push(Wish::HoldMouse(self.holds_mouse));
+        }
+        if pressed(Action::FullScreen) {
+            self.full_screen = !self.full_screen;
+            wishes.push(Wish::FullScreen(self.full_screen));
+        }
+        if ctx.input(|i| i.modifiers.command && i.key_pressed(egui::Key::Q)) {
+            wishes.push(Wish::Quit);
+        }
+        let dropped = ctx.input(|i| i.raw.dropped_files.first().and_then(|f| f.path.clone()));
+        if let Some(path) = dropped {
+            self.open_file(&path);
+        }
+    }
+
+    /// Walks from where the eye is, or flies.
+    pub fn set_walking(&mut self, walks: bool) {
+        self.flight.stop();
+        let there = (self.stage.as_ref())
+            .is_some_and(|s| Walls::of(&s.loaded.level.bsp, &s.loaded.level.entities).is_some());
+        if walks && !there {
+            self.notices
+                .error("nobody can walk here: the level has no hull for players".into());
+        }
+        self.walker = (walks && there).then(|| Walker::at(&self.eye));
+    }
+
+    /// Whether the eye is a walking player's.
+    #[must_use]
+    pub fn is_walking(&self) -> bool {
+        self.walker.is_some()
+    }
+
+    /// Jumps to one of the level's cameras, counted round.
+    pub fn go_to_camera(&mut self, index: usize) {
+        if let Some(stage) = &self.stage
+            && !stage.scene.cameras.is_empty()
+        {
+            self.camera = index % stage.scene.cameras.len();
+            self.go_to(Eye::of(&stage.scene.cameras[self.camera]));
+        }
+    }
+
+    /// Makes sharp what is in the middle of the view, by the level's own planes.
+    pub fn focus_on_middle(&mut self) {
+        /// Farther than any level is large, in units.
+        const FAR: f32 = 65536.0;
+        let Some(stage) = &self.stage else { return };
+        let [forward, ..] = self.eye.axes();
+        let [from, to] = [0.0, FAR].map(|d| (self.eye.position + forward * d).to_array());
+        let hit = stage.loaded.level.bsp.trace(0, 0, from, to);
+        match hit.filter(|t| t.fraction > 0.0 && t.fraction < 1.0) {
+            Some(trace) => {
+                self.args.picture.view.focus = Some((trace.fraction * f64::from(FAR)).max(1.0));
+            }
+            None => (self.notices).error("there is nothing in the middle to focus on".into()),
+        }
+    }
+
+    /// Jumps.
+    pub fn go_to(&mut self, eye: Eye) {
+        self.eye = eye;
+        self.flight.stop();
+        if self.walker.is_some() {
+            self.walker = Some(Walker::at(&eye));
+        }
+    }
+
+    pub(super) fn go(&mut self, controls: &Controls, seconds: f32) {
+        if let (Some(walker), Some(stage)) = (&mut self.walker, &self.stage) {
+            let level = &stage.loaded.level;
+            if let Some(walls) = Walls::of(&level.bsp, &level.entities)
+                && walker.walk(&walls, &mut self.eye, controls, seconds)
+            {
+                return;
+            }
+            // Stuck: fly out, and walk on from there.
+            self.flight.fly(&mut self.eye, controls, seconds);
+            *walker = Walker::at(&self.eye);
+            return;
+        }
+        self.flight.fly(&mut self.eye, controls, seconds);
+    }
+}

@@ -1,0 +1,203 @@
+//! What the device traces for a frame: the view as it is now, at a size and in slices that fit.
+
+use super::App;
+use crate::cli::{CameraChoice, Render};
+use crate::view::fly::Eye;
+use crate::view::pace::{Slice, coarse};
+use crate::view::stage::{Wanted, settings_of};
+use anyhow::Result;
+use rt::Filter;
+use scene::camera::DEFAULT_FOV_DEG;
+use scene::playback;
+use scene::render::{Renderer as _, Settings};
+
+/// After so many seconds without a change the picture is made at its full size.
+const SETTLED: f32 = 0.15;
+
+impl App {
+    /// Samples per pixel that the picture has at its full size.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        if self.is_still() {
+            self.pace.samples()
+        } else {
+            0
+        }
+    }
+
+    /// Whether the picture is made at its full size.
+    pub(in crate::view) fn is_still(&self) -> bool {
+        self.told.as_ref().is_some_and(|[told, full]| told == full)
+    }
+
+    /// What the renderer is told, at full size.
+    #[must_use]
+    pub fn settings(&self) -> Option<&Settings> {
+        self.told.as_ref().map(|[_, full]| full)
+    }
+
+    /// The picture that the renderer has at full size.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn film(&mut self) -> Result<Option<scene::render::Film>> {
+        match &mut self.stage {
+            Some(stage) if self.told.is_some() => Ok(Some(stage.tracer.film()?)),
+            _ => Ok(None),
+        }
+    }
+
+    /// Coarse pictures are shown in squares where they are twice as coarse and more.
+    pub(super) fn filter(&self) -> Filter {
+        if self.is_still() {
+            Filter::Nearest
+        } else {
+            Filter::Linear
+        }
+    }
+
+    /// Traces what fits into this frame of a window of `size` pixels. Whether the film has changed.
+    pub(super) fn trace(&mut self, size: [u32; 2], seconds: f32) -> Result<bool> {
+        let mut args = self.args.clone();
+        args.picture.view.camera = Some(CameraChoice::Pose(self.eye.pose()));
+        let percent = self.panels.percent.clamp(1, 100);
+        let scaled = size.map(|n| (n * percent / 100).max(1));
+        args.picture.view.size = scaled.into();
+        if self.player.is_some() {
+            match self.moment_of_demo(&args) {
+                Ok(true) => {}
+                Ok(false) => return Ok(false),
+                Err(error) => {
+                    self.notices.error(format!("{error:#}"));
+                    return Ok(false);
+                }
+            }
+        }
+        let Some(stage) = &mut self.stage else {
+            return Ok(false);
+        };
+        let full = match (&self.frame, settings_of(&args, &stage.scene)) {
+            (Some(frame), Ok(still)) => Ok(Settings {
+                camera: frame.camera.clone(),
+                time: frame.time,
+                ..still
+            }),
+            (_, still) => still,
+        };
+        let full = match full {
+            Ok(full) => full,
+            Err(error) => {
+                self.notices.error(format!("{error:#}"));
+                return Ok(false);
+            }
+        };
+        let changed = self.settings() != Some(&full);
+        let Some(stage) = &mut self.stage else {
+            return Ok(false);
+        };
+        self.still_for = if changed {
+            0.0
+        } else {
+            self.still_for + seconds
+        };
+        // The device's own frames may take as long as a slice.
+        self.pace.budget_ms = self
+            .panels
+            .budget_ms
+            .max(2.0 * self.statistics.display_ms());
+        let busy = stage.tracer.is_busy()?;
+        if !busy && let Some([told, _]) = &self.told {
+            self.pace
+                .learn([told.width, told.height], stage.tracer.sample_ms());
+        }
+        if changed {
+            self.coarseness = self.pace.coarseness(scaled);
+        } else if self.still_for > SETTLED && self.pace.samples() > 0 && !busy {
+            // Twice as fine, and again, so that slow devices show something better soon.
+            self.coarseness = (self.coarseness / 2).max(1);
+        }
+        let mut now = full.clone();
+        [now.width, now.height] = coarse(scaled, self.coarseness);
+        if self.told.as_ref().map(|[told, _]| told) != Some(&now) {
+            if busy && self.coarseness > 1 {
+                // A slow device that still works on the last view: this one would only wait.
+                return Ok(false);
+            }
+            stage.tracer.set(&now)?;
+            if let Some(frame) = &self.frame {
+                stage.tracer.show(frame)?;
+            }
+            self.pace.restart();
+            self.statistics.restart();
+        } else if busy {
+            self.told = Some([now, full]);
+            return Ok(false);
+        }
+        let size = [now.width, now.height];
+        let is_whole = now == full;
+        self.told = Some([now, full]);
+        // Coarse pictures have one sample; while the eye moves it must be there with the frame.
+        let goal = if is_whole { self.args.picture.spp } else { 1 };
+        let whole = self.still_for <= SETTLED && !is_whole || is_whole && self.is_saving;
+        let Some(slice) = self.pace.next(size, goal, whole) else {
+            return Ok(false);
+        };
+        match slice {
+            Slice::Samples(n) => stage.tracer.accumulate(n)?,
+            Slice::Rows(rows) => {
+                let width = size[0] as usize;
+                let mut schedule = vec![0; width * size[1] as usize];
+                let range = rows.start as usize * width..rows.end as usize * width;
+                schedule[range].fill(1);
+                stage.tracer.accumulate_per_pixel(&schedule)?;
+            }
+        }
+        if self.statistics.wants_rays() {
+            let rays = stage.tracer.rays()?;
+            self.statistics
+                .rays(rays, self.pace.progress(size[1]), size);
+        }
+        self.statistics.traced(self.pace.progress(size[1]), size);
+        // The picture is shown when every pixel has a sample.
+        Ok(self.pace.samples() > 0)
+    }
+
+    /// Makes the frame of the demo's time; `false` while its level is not there.
+    pub(super) fn moment_of_demo(&mut self, args: &Render) -> Result<bool> {
+        let (Some(player), Some(stage)) = (&self.player, &self.stage) else {
+            return Ok(false);
+        };
+        let (Some(showing), Some(state)) = (&stage.showing, player.state()) else {
+            return Ok(false);
+        };
+        if state.level != showing.index {
+            if self.loading.is_none() {
+                let timeline = Some(player.timeline.clone());
+                self.load(
+                    Wanted::Demo(player.demo.clone(), timeline, player.time),
+                    true,
+                );
+            }
+            return Ok(false);
+        }
+        let view = &args.picture.view;
+        let eye = if player.follows {
+            playback::Eye::Player {
+                fov_deg: view.fov.map_or(DEFAULT_FOV_DEG, |fov| fov as f32),
+                lens: view.lens_of(None)?,
+            }
+        } else {
+            playback::Eye::Free(view.camera_of(&stage.scene, 0.0)?)
+        };
+        let moment = (player.time, eye);
+        if self.moment.as_ref() != Some(&moment) {
+            let level = &showing.timeline.levels()[state.level];
+            let frame = playback::frame(&state, level, &stage.scene, &showing.cast, &moment.1);
+            if player.follows {
+                self.eye = Eye::of(&frame.camera);
+            }
+            (self.moment, self.frame) = (Some(moment), Some(frame));
+        }
+        Ok(true)
+    }
+}
