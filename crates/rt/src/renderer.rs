@@ -108,6 +108,8 @@ pub struct PathTracer {
     /// Tracing time of one sample per pixel, of the submission that was timed last.
     sample_ms: f64,
     trace_ms: f64,
+    /// As `trace_ms`, of all pictures.
+    spent_ms: f64,
     /// GPU times since they were asked for.
     timings: Vec<Timing>,
     upload_timings: Vec<Timing>,
@@ -142,6 +144,7 @@ impl PathTracer {
             running: None,
             sample_ms: 0.0,
             trace_ms: 0.0,
+            spent_ms: 0.0,
             timings: Vec::new(),
             upload_timings,
             tonemap: OnceLock::new(),
@@ -247,6 +250,12 @@ impl PathTracer {
         self.sample_ms
     }
 
+    /// GPU time of all tracing so far that was waited for, whatever picture it was for, in milliseconds.
+    #[must_use]
+    pub fn spent_ms(&self) -> f64 {
+        self.spent_ms
+    }
+
     /// Waits for the device; then the rays of the film so far. Costs less than the film itself.
     ///
     /// # Errors
@@ -310,6 +319,7 @@ impl PathTracer {
             .map(|t| t.milliseconds)
             .sum();
         self.trace_ms += traced;
+        self.spent_ms += traced;
         if samples > 0.0 {
             self.sample_ms = traced / samples;
         }

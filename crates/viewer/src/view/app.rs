@@ -28,6 +28,7 @@ use scene::playback;
 use scene::render::Settings;
 use std::path::PathBuf;
 use std::sync::mpsc::Receiver;
+use std::time::Instant;
 
 /// What a frame is made of.
 #[derive(Default)]
@@ -210,10 +211,12 @@ impl App {
         self.receive_level();
         self.receive_picture();
         let ctx = self.ctx.clone();
+        let mut laid_out = Instant::now();
         let full = ctx.run(input.raw, |ctx| {
             panels::show(self, ctx);
             self.act(ctx, input.seconds, &mut wishes);
         });
+        let mut panels_ms = 1e3 * laid_out.elapsed().as_secs_f64();
         let scale = full.pixels_per_point;
         let size = ctx.input(|i| i.viewport_rect().size());
         let size = [size.x, size.y].map(|n| (n * scale).round() as u32);
@@ -225,9 +228,11 @@ impl App {
         };
         self.write(&ctx)?;
 
+        laid_out = Instant::now();
         self.textures.set(screen, &full.textures_delta)?;
         let primitives = ctx.tessellate(full.shapes, scale);
         let meshes = draw::meshes(&primitives);
+        panels_ms += 1e3 * laid_out.elapsed().as_secs_f64();
         let (exposure, curve) = (self.args.picture.exposure as f32, self.args.picture.tonemap);
         let has_film = self.pace.samples() > 0;
         let is_new = traced || self.shown_as != Some((exposure, curve));
@@ -243,7 +248,12 @@ impl App {
             self.shown_as = None;
         }
         self.textures.free(screen, &full.textures_delta);
-        self.statistics.frame(input.seconds, screen.timings());
+        (self.statistics).frame(input.seconds, panels_ms, screen.timings());
+        if let Some(stage) = &self.stage {
+            let tracer = &stage.tracer;
+            self.statistics
+                .device(tracer.spent_ms(), tracer.sample_ms());
+        }
         self.notices.pass(input.seconds);
         let root = egui::ViewportId::ROOT;
         let asked =

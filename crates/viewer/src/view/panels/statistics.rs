@@ -22,6 +22,12 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
             "mean and longest of the last frames",
             format!("{mean:.1} ms, at most {longest:.1} ms ({per_second:.0} a second)"),
         );
+        let panels = statistics.panels_ms();
+        line(
+            "panels",
+            "the processor's, in a frame",
+            format!("{panels:.2} ms"),
+        );
         for timing in statistics.display() {
             let text = format!("{:.2} ms", timing.milliseconds);
             line(timing.name, "on the device, in a frame", text);
@@ -97,25 +103,43 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
     }
 }
 
-/// The last frames as bars.
+/// The last frames as bars: what the device traced, below what it took to show that, then the processor's
+/// panels, and the rest of the time from one frame to the next.
 fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
     let (rect, _) = ui.allocate_exact_size(vec2(300.0, 48.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, Color32::from_black_alpha(120));
     let frames = app.statistics.frames();
     let step = rect.width() / 120.0;
-    for (i, seconds) in frames.iter().rev().enumerate() {
-        let height = (seconds * 1000.0 / most_ms).min(1.0) * rect.height();
+    for (i, frame) in frames.iter().rev().enumerate() {
         let x = rect.right() - (i as f32 + 0.5) * step;
-        let color = if *seconds > 0.05 {
-            Color32::from_rgb(230, 120, 60)
-        } else {
-            Color32::from_rgb(110, 190, 110)
-        };
-        let line = [
-            egui::pos2(x, rect.bottom()),
-            egui::pos2(x, rect.bottom() - height),
-        ];
-        painter.line_segment(line, Stroke::new(step * 0.8, color));
+        let all = frame.seconds * 1000.0;
+        // Device and processor work at the same time: together they may be longer than the frame.
+        let traced = frame.trace_ms;
+        let shown = traced + frame.display_ms;
+        let parts = [traced, shown, shown + frame.panels_ms, f32::INFINITY];
+        let mut bottom = rect.bottom();
+        for (below, (color, _)) in parts.into_iter().zip(PARTS) {
+            let below = below.min(all);
+            let top = rect.bottom() - (below / most_ms).min(1.0) * rect.height();
+            if top < bottom {
+                let line = [egui::pos2(x, bottom), egui::pos2(x, top)];
+                painter.line_segment(line, Stroke::new(step * 0.8, color));
+                bottom = top;
+            }
+        }
     }
+    ui.horizontal(|ui| {
+        for (color, name) in PARTS {
+            ui.colored_label(color, name);
+        }
+    });
 }
+
+/// Parts of a frame: colour and name.
+const PARTS: [(Color32, &str); 4] = [
+    (Color32::from_rgb(110, 190, 110), "tracing"),
+    (Color32::from_rgb(90, 150, 230), "showing"),
+    (Color32::from_rgb(230, 190, 80), "panels"),
+    (Color32::from_rgb(140, 140, 140), "rest"),
+];

@@ -1,0 +1,177 @@
+//! What does a frame of the window cost? The window's own frames, drawn off-screen, on levels by file or
+//! by name.
+//!
+//! `cargo bench -p runelight-tests --bench window -- [--device TEXT] [--basedir DIR] [--level LEVEL]...
+//! [--size WxH] [--depth N] [--frames N]` prints a Markdown table: one sample per pixel and frame, while the
+//! eye rests and while it turns, without panels and with those of the picture and of the statistics. Times of
+//! passes are the device's, the median and the 99th of a hundred; `panels` is the processor's for laying
+//! them out; a frame is from one to the next, as fast as they go.
+
+use clap::Parser as _;
+use runelight::cli::{Cli, Command};
+use runelight::device::Device;
+use runelight::view::app::App;
+use runelight::view::panels::Panels;
+use runelight::view::session::Session;
+use runelight_tests::devices::parse_size;
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(300);
+
+struct Args {
+    device: String,
+    basedir: Option<String>,
+    levels: Vec<Option<String>>,
+    size: [u32; 2],
+    depth: String,
+    frames: u32,
+}
+
+fn args() -> Result<Args, Box<dyn Error>> {
+    let mut args = Args {
+        device: "auto".into(),
+        basedir: None,
+        levels: Vec::new(),
+        size: [1280, 720],
+        depth: "3".into(),
+        frames: 300,
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--bench" => {}
+            "--device" => args.device = value()?,
+            "--basedir" => args.basedir = Some(value()?),
+            "--level" => args.levels.push(Some(value()?)),
+            "--size" => args.size = parse_size(&value()?)?,
+            "--depth" => args.depth = value()?,
+            "--frames" => args.frames = value()?.parse()?,
+            other => return Err(format!("unknown option {other}").into()),
+        }
+    }
+    if args.levels.is_empty() {
+        args.levels.push(None);
+    }
+    Ok(args)
+}
+
+/// Milliseconds of some frames.
+#[derive(Default)]
+struct Times(Vec<f64>);
+
+impl Times {
+    /// The median and the 99th of a hundred.
+    fn text(mut self) -> String {
+        self.0.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let index = (share * self.0.len() as f64) as usize;
+            self.0.get(index.min(self.0.len().saturating_sub(1)))
+        };
+        match (at(0.5), at(0.99)) {
+            (Some(middle), Some(most)) => format!("{middle:.3} ({most:.3})"),
+            _ => "-".into(),
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args = args()?;
+    let [width, height] = args.size;
+    for (i, level) in args.levels.iter().enumerate() {
+        let mut words: Vec<&str> = vec!["runelight", "view", "--device", &args.device];
+        words.extend(["--depth", &args.depth, "--spp", "1000000"]);
+        words.extend(["--layers", "beauty"]);
+        if let Some(dir) = &args.basedir {
+            words.extend(["--basedir", dir]);
+        }
+        words.extend(level.as_deref());
+        let cli = Cli::try_parse_from(words)?;
+        let Some(Command::View(view)) = cli.command else {
+            return Err("view is a command".into());
+        };
+        let opened = Device::for_window(&cli.global.device, false)?;
+        if i == 0 {
+            println!("Device: {}, {}", opened.0.name, opened.0.driver);
+            println!(
+                "Window: {width}x{height}, depth {}, 1 sample per pixel and frame; milliseconds, median \
+                 (99 %) of {} frames\n",
+                args.depth, args.frames
+            );
+            println!(
+                "| level | eye | panels | path trace | tone map | overlay | panels, processor | frame | \
+                 samples/s |"
+            );
+            println!("|---|---|---|---|---|---|---|---|---|");
+        }
+        let app = App::new(opened, cli.global, view.render);
+        let mut session = Session::new(app, args.size, 1.0)?;
+        session.until(LIMIT, |app| app.samples() > 0)?;
+        session.app.notices.pass(1e3);
+        // Whatever a device can do: one sample of every pixel.
+        session.app.pace.most_samples = 1;
+        for turns in [false, true] {
+            for open in [false, true] {
+                row(&mut session, args.frames, [turns, open])?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn row(session: &mut Session, frames: u32, [turns, open]: [bool; 2]) -> Result<(), Box<dyn Error>> {
+    let panels = &mut session.app.panels;
+    *panels = Panels::default();
+    (panels.hidden, panels.statistics) = (!open, open);
+    // The pace must not make the picture smaller.
+    panels.budget_ms = 1e5;
+    // Panels find their size in their first frames, and the picture its full one.
+    session.until(LIMIT, |app| app.samples() > 2)?;
+    session.frames(3)?;
+    let [mut frame, mut host, mut trace] = [const { Times(Vec::new()) }; 3];
+    let mut passes = [const { Times(Vec::new()) }; 2];
+    let (start, mut last) = (Instant::now(), Instant::now());
+    let mut samples = 0;
+    for _ in 0..frames {
+        let before = session.app.samples();
+        if turns {
+            session.app.eye.yaw += 0.25;
+        }
+        session.frame()?;
+        frame.0.push(1e3 * last.elapsed().as_secs_f64());
+        last = Instant::now();
+        // A picture that begins anew has none of those before.
+        let now = session.app.samples();
+        let taken = if turns || now < before {
+            1
+        } else {
+            now - before
+        };
+        samples += taken;
+        if taken > 0 {
+            trace.0.push(session.app.statistics.sample_ms());
+        }
+        host.0.push(session.app.statistics.panels_ms());
+        for (name, times) in ["tone map", "overlay"].iter().zip(&mut passes) {
+            let timed = session.app.statistics.display().iter();
+            times
+                .0
+                .extend(timed.filter(|t| t.name == *name).map(|t| t.milliseconds));
+        }
+    }
+    let speed = f64::from(samples) / start.elapsed().as_secs_f64();
+    let [tone_map, overlay] = passes;
+    println!(
+        "| {} | {} | {} | {} | {} | {} | {} | {} | {speed:.0} |",
+        session.app.title(),
+        if turns { "turns" } else { "rests" },
+        if open { "two" } else { "none" },
+        trace.text(),
+        tone_map.text(),
+        overlay.text(),
+        host.text(),
+        frame.text(),
+    );
+    Ok(())
+}
