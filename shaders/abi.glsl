@@ -122,6 +122,8 @@ const uint NO_SKIN = 4294967295u;
 const uint PAST_MOVED = 1u;
 // Flag of a past: its corners are those of a pose.
 const uint PAST_POSED = 2u;
+// Flag of a past: its corners are those of loose triangles, world space.
+const uint PAST_LOOSE = 4u;
 // Instance of a moving light that is a sphere, and of lights that do not move.
 const uint NO_INSTANCE = 4294967295u;
 // Hit payload, flag beside the custom index: the triangle was seen from the front.
@@ -472,6 +474,8 @@ struct SceneData {
     PastRef pasts;
     // Corners of triangles in poses.
     CornerRef posed_corners;
+    // Where the corners of loose triangles were, if they moved.
+    CornerRef loose_corners;
     // What emits and moves.
     MovingLightRef moving_lights;
     // Spheres among it.

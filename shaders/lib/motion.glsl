@@ -1,8 +1,14 @@
 // Where what is seen was in the picture before. Needs surface.glsl.
 
-// Where a point of an instance was.
+// Where a point of an instance was, or of the loose triangles behind them.
 vec3 position_before(uint number, uint triangle, vec2 barycentrics) {
     const Past past = params.scene.at[0].pasts.at[number];
+    if ((past.flags & PAST_LOOSE) != 0u) {
+        const uint corner = 3u * (past.posed + triangle);
+        return interpolate(params.scene.at[0].loose_corners.at[corner],
+                           params.scene.at[0].loose_corners.at[corner + 1u],
+                           params.scene.at[0].loose_corners.at[corner + 2u], barycentrics);
+    }
     Triangle t = params.scene.at[0].triangles.at[triangle];
     if (HAS_POSES && (past.flags & PAST_POSED) != 0u) {
         const uint corner = 3u * (past.posed + triangle);

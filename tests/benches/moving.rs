@@ -105,7 +105,7 @@ fn model(kind: usize, triangles: u32, material: MaterialId) -> Mesh {
     let triangles: Vec<Triangle> = faces.into_iter().map(triangle).collect();
     Mesh {
         name: format!("ball {kind}"),
-        first_alpha_tested: triangles.len(),
+        first_see_through: triangles.len(),
         triangles,
         positions,
         poses,
@@ -177,7 +177,7 @@ fn frame(scene: &Scene, spark: MaterialId, number: u32, args: &Args) -> Frame {
             face: 0,
         });
     }
-    loose.first_alpha_tested = loose.triangles.len();
+    loose.first_see_through = loose.triangles.len();
     frame.lights = (0..args.lights)
         .map(|i| PointLight {
             position: place(5000 + i),

@@ -7,7 +7,7 @@ use runelight_tests::moving::{BLOB, DOOR, moment, moving_room, still};
 use runelight_tests::scenes::room_view;
 use runelight_tests::stats::ZTest;
 use scene::camera::ViewBasis;
-use scene::frame::Past;
+use scene::frame::{Drift, Past};
 use scene::render::{Estimator, Film, Settings};
 use scene::{ClearSky, Fog, Frame, Instance, MaterialId, PointLight, PoseBlend, Scene};
 use std::sync::Arc;
@@ -196,22 +196,40 @@ fn a_moment_may_have_a_lens_and_the_next_one_none() {
     assert_ne!(films[1].beauty, sharp.beauty);
 }
 
+/// A triangle.
+struct Corners([DVec3; 3]);
+
+impl Corners {
+    fn of(corners: [Vec3; 3]) -> Self {
+        Self(corners.map(|c| c.as_dvec3()))
+    }
+
+    /// Where in the triangle a point of it is.
+    fn place(&self, p: DVec3) -> DVec2 {
+        let [a, b, c] = self.0;
+        let (e, f, d) = (b - a, c - a, p - a);
+        let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+        let (de, df) = (d.dot(e), d.dot(f));
+        DVec2::new(de * ff - df * ef, df * ee - de * ef) / (ee * ff - ef * ef)
+    }
+
+    /// The point at a place.
+    fn at(&self, place: DVec2) -> DVec3 {
+        let [a, b, c] = self.0;
+        a + (b - a) * place.x + (c - a) * place.y
+    }
+}
+
 /// Where the point `p` of a posed triangle was, in the same place of the triangle.
 fn was(scene: &Scene, now: &Instance, then: Past, face: u32, p: DVec3) -> DVec3 {
     let mesh = &scene.meshes[now.mesh];
     let triangle = mesh.triangles.iter().find(|t| t.face == face).expect("a face");
     let corners = |place: Affine3A, pose| {
         let positions = mesh.posed(pose);
-        triangle.vertices.map(|v| place.transform_point3(positions[v as usize]).as_dvec3())
+        Corners::of(triangle.vertices.map(|v| place.transform_point3(positions[v as usize])))
     };
-    let [a, b, c] = corners(now.transform, now.pose);
-    let (e, f, d) = (b - a, c - a, p - a);
-    let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
-    let (de, df) = (d.dot(e), d.dot(f));
-    let det = ee * ff - ef * ef;
-    let (u, v) = ((de * ff - df * ef) / det, (df * ee - de * ef) / det);
-    let [a, b, c] = corners(then.transform, then.pose);
-    a + (b - a) * u + (c - a) * v
+    let place = corners(now.transform, now.pose).place(p);
+    corners(then.transform, then.pose).at(place)
 }
 
 #[test]
@@ -286,6 +304,69 @@ fn the_motion_layer_says_where_everything_was() {
         }
         assert!(on_it > 20 && on_sky > 20, "{on_it} {on_sky}");
     }
+}
+
+/// Two cards before the eye: one that the picture before had elsewhere, turned, and one that it had not, which
+/// comes from where its speed says.
+#[test]
+fn loose_triangles_move_by_themselves() {
+    let scene = moving_room();
+    let mut view = view(Estimator::Naive, 1);
+    (view.aovs, view.depth) = (true, 1);
+    let basis = view.camera.view_basis(view.width, view.height);
+    let [forward, right, up] = [basis.forward, basis.right, basis.up].map(|v| v.as_vec3());
+    let eye = view.camera.position;
+    let card = |x: f32, turn: f32, far: f32| {
+        let (sin, cos) = turn.sin_cos();
+        [[-0.3, -0.5], [0.3, -0.5], [0.0, 0.6]].map(|[s, t]: [f32; 2]| {
+            let (s, t) = (s * cos - t * sin, s * sin + t * cos);
+            eye + forward * far + right * (x + s) + up * t
+        })
+    };
+    let velocity = (right - up) * 0.5;
+    let frame = |time: f32, cards: &[(u64, [Vec3; 3])]| {
+        let mut frame = scene.as_frame(&view.camera, time);
+        for (number, (id, corners)) in cards.iter().enumerate() {
+            let first = 3 * number as u32;
+            frame.loose.positions.extend(corners);
+            frame.loose.triangles.push(scene::Triangle {
+                vertices: [first, first + 1, first + 2],
+                uv: [[0.0; 2], [1.0, 0.0], [0.0, 1.0]],
+                normal: -forward,
+                material: scene.meshes[0].triangles[0].material,
+                face: 1000 + number as u32,
+            });
+            let ids = if *id == 0 { [0; 3] } else { [*id, id + 1, id + 2] };
+            frame.drifts.extend(ids.map(|id| Drift { id, velocity }));
+        }
+        frame.loose.first_see_through = cards.len();
+        frame
+    };
+    let (now, then) = (card(-0.5, 0.0, 1.0), card(-0.3, 0.4, 1.3));
+    let new = card(0.5, 0.0, 1.0);
+    let mut shown = frame(2.0, &[(7, now), (20, new)]);
+    shown.follow(&frame(1.75, &[(0, new), (7, then)]));
+    let film = &render_moments(device(), &scene, &view, &[(1, vec![(shown, 1)])])[0];
+    let was = [then, new.map(|p| p - velocity * 0.25)];
+    let mut on = [0; 2];
+    for (i, motion) in film.motion.iter().enumerate() {
+        let Some(number) = film.id[i].checked_sub(1001) else {
+            assert_eq!(*motion, [0.0; 2], "the room stands still");
+            continue;
+        };
+        let number = number as usize;
+        on[number] += 1;
+        let p = Vec3::from(film.position[i]).as_dvec3();
+        let place = Corners::of([now, new][number]).place(p);
+        let pixels = |p: DVec3| {
+            let at = basis.project(p - basis.origin).expect("before the eye");
+            DVec2::new(at.x * f64::from(view.width), -at.y * f64::from(view.height)) / 2.0
+        };
+        let expected = pixels(Corners::of(was[number]).at(place)) - pixels(p);
+        let off = (DVec2::from(motion.map(f64::from)) - expected).length();
+        assert!(off < 2e-3, "card {number}, pixel {i}: {motion:?}, not {expected}");
+    }
+    assert!(on.iter().all(|n| *n > 20), "{on:?}");
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn blob(poses: &[[f32; 3]], material: MaterialId, skins: Vec<MaterialId>) -> Mes
     Mesh {
         name: "blob".into(),
         triangles: triangles(&positions, &FACES, |_| material),
-        first_alpha_tested: FACES.len(),
+        first_see_through: FACES.len(),
         positions,
         poses: if poses.len() > 1 { poses } else { Vec::new() },
         skins,
@@ -206,7 +206,7 @@ pub fn moment(scene: &Scene, time: f32, lights: bool) -> Frame {
         let face = [first, first + 1, first + 2];
         (loose.triangles).extend(triangles(&loose.positions, &[face], |_| spark));
     }
-    loose.first_alpha_tested = loose.triangles.len();
+    loose.first_see_through = loose.triangles.len();
     let mut styles = vec![1.0; 64];
     styles[2] = if lights { 0.5 } else { 0.0 };
     styles[33] = if lights { 1.0 + time } else { 0.0 };
@@ -228,6 +228,7 @@ pub fn moment(scene: &Scene, time: f32, lights: bool) -> Frame {
         time,
         instances,
         loose,
+        drifts: Vec::new(),
         lights,
         styles,
         fog: scene.fog,

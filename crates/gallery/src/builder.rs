@@ -60,17 +60,10 @@ impl Builder {
             sum / rgba.len() as f32
         });
         self.push(Material {
-            name: String::new(),
-            surface: scene::Surface::Diffuse,
-            base,
             emission,
             emission_scale: scale,
             emission_weight: mean * scale,
-            alpha_tested: false,
-            two_sided: false,
-            warped: false,
-            finish: scene::Finish::default(),
-            frames: Vec::new(),
+            ..Material::new("", base)
         })
     }
 
@@ -193,7 +186,7 @@ impl Builder {
         self.triangles
             .sort_by_key(|t| scene.materials[t.material.0 as usize].is_see_through());
         let mesh = &mut scene.meshes[0];
-        mesh.first_alpha_tested = (self.triangles)
+        mesh.first_see_through = (self.triangles)
             .partition_point(|t| !scene.materials[t.material.0 as usize].is_see_through());
         mesh.triangles = self.triangles;
         scene.instances = vec![Instance::new(0, Affine3A::IDENTITY, "worldspawn")];

@@ -652,6 +652,11 @@ impl DemoWriter {
         self.short(i32::from(hundredths))
     }
 
+    /// The sky's pictures; no name is the level's own sky.
+    pub fn skybox(&mut self, name: &str) -> &mut Self {
+        self.byte(37).raw(name.as_bytes()).byte(0)
+    }
+
     /// The recording ends.
     pub fn disconnect(&mut self) -> &mut Self {
         self.byte(2)

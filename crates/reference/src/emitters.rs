@@ -210,8 +210,7 @@ mod tests {
     use glam::{Affine3A, Vec3};
     use scene::render::Sampler;
     use scene::{
-        Emitters, Finish, Instance, Material, MaterialId, Mesh, Scene, Surface, Texture, TextureId,
-        Triangle,
+        Emitters, Instance, Material, MaterialId, Mesh, Scene, Texture, TextureId, Triangle,
     };
     use std::collections::HashMap;
     use std::sync::Arc;
@@ -267,17 +266,10 @@ mod tests {
                 .collect(),
         };
         let material = |texture: u32| Material {
-            name: String::new(),
-            surface: Surface::Diffuse,
-            base: TextureId(texture),
             emission: Some(TextureId(texture)),
             emission_scale: 2.0,
             emission_weight: 1.0,
-            alpha_tested: false,
-            two_sided: false,
-            warped: false,
-            finish: Finish::default(),
-            frames: Vec::new(),
+            ..Material::new("", TextureId(texture))
         };
         let triangle = |vertices: [u32; 3], uv: [[f32; 2]; 3], material: u32| Triangle {
             vertices,
@@ -305,7 +297,7 @@ mod tests {
                 lamp(3),
                 triangle([5, 6, 7], [[0.0; 2]; 3], 1),
             ],
-            first_alpha_tested: 4,
+            first_see_through: 4,
             ..Mesh::default()
         };
         let mut scene = Scene {

@@ -1,7 +1,7 @@
 //! Where what is seen was in the picture before.
 
 use crate::world::{SurfacePoint, World};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use scene::camera::ViewBasis;
 use scene::frame::{Before, Past};
 use scene::{Frame, Surface, Triangle};
@@ -17,16 +17,26 @@ pub(crate) struct Seen {
     then: ViewBasis,
     /// By instance of the frame, where it was if it moved.
     instances: Vec<Option<Past>>,
+    /// By loose triangle, where its corners were; empty if all stood still.
+    loose: Vec<[Vec3; 3]>,
 }
 
 impl Seen {
     /// What a frame says of the picture before, seen as pictures of this size.
     pub fn new(frame: &Frame, [width, height]: [u32; 2]) -> Option<Self> {
-        let Before { camera, instances } = frame.before.as_deref()?;
+        let Before {
+            camera,
+            instances,
+            loose,
+        } = frame.before.as_deref()?;
+        let triangles = frame.loose.triangles.iter().filter(|_| !loose.is_empty());
         Some(Self {
             now: frame.camera.view_basis(width, height),
             then: camera.view_basis(width, height),
             instances: instances.clone(),
+            loose: triangles
+                .map(|t| t.vertices.map(|v| loose[v as usize]))
+                .collect(),
         })
     }
 }
@@ -41,8 +51,11 @@ impl World {
         let [now, then] = if point.material.surface == Surface::Sky {
             [direction; 2]
         } else {
-            let past = seen.instances.get(point.place.part as usize);
-            let was = past.and_then(|past| Some(self.position_before(point, past.as_ref()?)));
+            let was = match seen.instances.get(point.place.part as usize) {
+                Some(past) => past.as_ref().map(|past| self.position_before(point, past)),
+                // The part behind all instances.
+                None => self.loose_before(point, &seen.loose),
+            };
             let then = was.unwrap_or(point.position) - seen.then.origin;
             [point.position - seen.now.origin, then]
         };
@@ -50,6 +63,18 @@ impl World {
             (Some(now), Some(then)) => then.clamp(-REACH, REACH) - now,
             _ => DVec2::ZERO,
         }
+    }
+
+    /// Where a point of a loose triangle was.
+    fn loose_before(&self, point: &SurfacePoint<'_>, before: &[[Vec3; 3]]) -> Option<DVec3> {
+        let part = &self.parts[point.place.part as usize];
+        let number = part.triangles[point.place.slot as usize];
+        let corners = before.get(number as usize)?.iter().zip(point.weights);
+        Some(
+            corners
+                .map(|(corner, weight)| corner.as_dvec3() * weight)
+                .sum(),
+        )
     }
 
     /// Where a point of an instance was.

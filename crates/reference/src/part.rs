@@ -146,7 +146,7 @@ fn place(
         let corners = triangle.vertices.map(|v| positions[v as usize]);
         packed.push(PackedTriangle::new(
             corners.map(|p| p.to_array()),
-            i >= mesh.first_alpha_tested,
+            i >= mesh.first_see_through,
         ));
         let points = corners.map(Vec3::as_dvec3);
         let mut info = info(triangle, points, normal_matrix, extent, front);

@@ -223,6 +223,8 @@ abi! {
         PAST_MOVED: uint = 1;
         /// Flag of a past: its corners are those of a pose.
         PAST_POSED: uint = 2;
+        /// Flag of a past: its corners are those of loose triangles, world space.
+        PAST_LOOSE: uint = 4;
         /// Instance of a moving light that is a sphere, and of lights that do not move.
         NO_INSTANCE: uint = 0xffff_ffff;
         /// Hit payload, flag beside the custom index: the triangle was seen from the front.
@@ -587,6 +589,8 @@ abi! {
             pasts: PastRef,
             /// Corners of triangles in poses.
             posed_corners: CornerRef,
+            /// Where the corners of loose triangles were, if they moved.
+            loose_corners: CornerRef,
             /// What emits and moves.
             moving_lights: MovingLightRef,
             /// Spheres among it.

@@ -86,9 +86,7 @@ impl AliasModel {
             let place = |&v: &[u8; 4]| Vec3::from(model.position(v));
             poses.extend((frame.poses.iter()).map(|p| p.vertices.iter().map(place).collect()));
         }
-        let positions = poses.first().cloned().unwrap_or_default();
-        let material = skins.first().and_then(|s| s.materials.first());
-        let material = material.copied().unwrap_or(MaterialId(0));
+        let positions = poses.first().map_or(&[][..], Vec::as_slice);
         let triangles: Vec<Triangle> = (model.triangles.iter().zip(0..))
             .map(|(t, face)| {
                 // The file runs clockwise.
@@ -97,28 +95,21 @@ impl AliasModel {
                 Triangle {
                     vertices,
                     uv: spread(vertices.map(|v| model.skin_coordinates(t, v))),
-                    normal: facet(&positions, vertices).unwrap_or(Vec3::Z),
-                    material,
+                    normal: facet(positions, vertices).unwrap_or(Vec3::Z),
+                    material: MaterialId(0),
                     face,
                 }
             })
             .collect();
-        let stem = stem(name);
         Self {
-            mesh: Mesh {
-                name: name.to_owned(),
-                positions,
-                first_alpha_tested: triangles.len(),
-                triangles,
-                poses: if poses.len() > 1 { poses } else { Vec::new() },
-                skins: skins.iter().flat_map(|s| s.materials.clone()).collect(),
-            },
+            mesh: mesh(name, poses, triangles),
             frames,
-            skins,
+            skins: Vec::new(),
             flags: model.header.flags,
             random_start: model.header.sync_type != 0,
-            blends: !NEVER_BLENDED.contains(&stem),
+            blends: !NEVER_BLENDED.contains(&stem(name)),
         }
+        .wearing(skins)
     }
 
     /// What a frame shows at `time` (seconds, with what [`phase`] adds): the pose of a single frame, or
@@ -197,7 +188,7 @@ impl AliasModel {
         Mesh {
             name: self.mesh.name.clone(),
             positions,
-            first_alpha_tested: triangles.len(),
+            first_see_through: triangles.len(),
             triangles,
             ..Mesh::default()
         }
@@ -223,7 +214,7 @@ impl AliasModel {
             places.iter().map(|&p| p.into()).collect()
         };
         let poses: Vec<Vec<Vec3>> = poses.iter().map(of_pose).collect();
-        let positions = poses.first().cloned().unwrap_or_default();
+        let positions = poses.first().map_or(&[][..], Vec::as_slice);
         let [width, height] = size.map(|n| n as f32);
         let triangles: Vec<Triangle> = (surface.triangles.iter().zip(0..))
             .map(|(&[a, c, b], face)| {
@@ -233,7 +224,7 @@ impl AliasModel {
                 Triangle {
                     vertices,
                     uv: spread(vertices.map(at).map(|[s, t]| [s * width, t * height])),
-                    normal: facet(&positions, vertices).unwrap_or(Vec3::Z),
+                    normal: facet(positions, vertices).unwrap_or(Vec3::Z),
                     material: MaterialId(0),
                     face,
                 }
@@ -251,33 +242,44 @@ impl AliasModel {
             flags,
             random_start: false,
             blends: !NEVER_BLENDED.contains(&stem(name)),
-            mesh: Mesh {
-                name: name.to_owned(),
-                positions,
-                first_alpha_tested: triangles.len(),
-                triangles,
-                poses: if poses.len() > 1 { poses } else { Vec::new() },
-                skins: Vec::new(),
-            },
+            mesh: mesh(name, poses, triangles),
         }
     }
 
     /// The same with the materials that `paint` gives: by the number of the skin, and of the picture in it.
     #[must_use]
     pub fn painted(&self, mut paint: impl FnMut(usize, usize) -> MaterialId) -> Self {
-        let mut model = self.clone();
-        for (number, skin) in model.skins.iter_mut().enumerate() {
+        let mut skins = self.skins.clone();
+        for (number, skin) in skins.iter_mut().enumerate() {
             for (part, material) in skin.materials.iter_mut().enumerate() {
                 *material = paint(number, part);
             }
         }
-        let all = model.skins.iter().flat_map(|s| &s.materials).copied();
-        model.mesh.skins = all.collect();
-        let first = model.skin(0, 0.0);
-        for triangle in &mut model.mesh.triangles {
+        self.clone().wearing(skins)
+    }
+
+    /// The same in these skins; its triangles show the first.
+    fn wearing(mut self, skins: Vec<Skin>) -> Self {
+        self.mesh.skins = skins.iter().flat_map(|s| &s.materials).copied().collect();
+        self.skins = skins;
+        let first = self.skin(0, 0.0);
+        for triangle in &mut self.mesh.triangles {
             triangle.material = first;
         }
-        model
+        self
+    }
+}
+
+/// A mesh with these poses, rigid if there is one only.
+fn mesh(name: &str, poses: Vec<Vec<Vec3>>, triangles: Vec<Triangle>) -> Mesh {
+    let is_rigid = poses.len() <= 1;
+    Mesh {
+        name: name.to_owned(),
+        positions: poses.first().cloned().unwrap_or_default(),
+        first_see_through: triangles.len(),
+        triangles,
+        poses: if is_rigid { Vec::new() } else { poses },
+        ..Mesh::default()
     }
 }
 

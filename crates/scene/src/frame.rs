@@ -21,6 +21,8 @@ pub struct Frame {
     /// Triangles of this moment alone, world space, met by camera rays and never chosen as lights:
     /// particles. They may be others in every frame.
     pub loose: Mesh,
+    /// By vertex of [`Frame::loose`], how it moves; empty if all stand still.
+    pub drifts: Vec<Drift>,
     /// Lights of this moment alone, in addition to those of the scene: spheres with all their
     /// brightness in their intensity.
     pub lights: Vec<PointLight>,
@@ -34,6 +36,15 @@ pub struct Frame {
     pub before: Option<Box<Before>>,
 }
 
+/// How a vertex of a frame's loose triangles moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// What it is from one frame to the next; 0 for no one in particular.
+    pub id: u64,
+    /// Units per second of [`Frame::time`]: says where it would have been if the frame before has not got it.
+    pub velocity: Vec3,
+}
+
 /// What the picture before a frame showed.
 #[derive(Clone, Debug)]
 pub struct Before {
@@ -41,6 +52,8 @@ pub struct Before {
     pub camera: Camera,
     /// By instance of the frame, where it was; `None` of what is new, and of what did not move.
     pub instances: Vec<Option<Past>>,
+    /// By vertex of the frame's loose triangles, where it was, world space; empty if all stood still.
+    pub loose: Vec<Vec3>,
 }
 
 /// Where an instance was, of the same mesh.
@@ -53,7 +66,8 @@ pub struct Past {
 }
 
 impl Frame {
-    /// Says what the picture before showed: instances are those with the same [`Instance::id`].
+    /// Says what the picture before showed: instances are those with the same [`Instance::id`], and loose
+    /// vertices those with the same [`Drift::id`].
     pub fn follow(&mut self, before: &Frame) {
         let known: HashMap<u64, &Instance> = (before.instances.iter()).map(|i| (i.id, i)).collect();
         let past = |now: &Instance| {
@@ -67,7 +81,21 @@ impl Frame {
         self.before = Some(Box::new(Before {
             camera: before.camera.clone(),
             instances: self.instances.iter().map(past).collect(),
+            loose: self.loose_before(before),
         }));
+    }
+
+    /// Where the loose vertices were in the frame before.
+    fn loose_before(&self, before: &Frame) -> Vec<Vec3> {
+        let places = before.drifts.iter().zip(&before.loose.positions);
+        let known: HashMap<u64, Vec3> = places.map(|(drift, &at)| (drift.id, at)).collect();
+        let passed = self.time - before.time;
+        (self.drifts.iter().zip(&self.loose.positions))
+            .map(|(drift, &at)| match known.get(&drift.id) {
+                Some(&was) if drift.id != 0 => was,
+                _ => at - drift.velocity * passed,
+            })
+            .collect()
     }
 
     /// Looks for what contradicts the scene, so that a renderer can believe the rest.
@@ -93,7 +121,17 @@ impl Frame {
             }),
             "fog takes no light, or gives more than it takes",
         )?;
+        let vertices = self.loose.positions.len();
+        let fits = |length: usize| length == 0 || length == vertices;
+        ensure(
+            fits(self.drifts.len()),
+            "it does not say of each loose vertex how it moves",
+        )?;
         if let Some(before) = &self.before {
+            ensure(
+                fits(before.loose.len()) && before.loose.iter().all(|p| p.is_finite()),
+                "it does not say of each loose vertex where it was",
+            )?;
             ensure(
                 before.instances.len() == self.instances.len(),
                 "it does not say of each instance where it was",
@@ -116,12 +154,11 @@ impl Frame {
             self.camera.lens.is_none_or(|lens| lens.is_valid()),
             "a camera's lens is not above 0",
         )?;
-        let vertices = self.loose.positions.len();
         ensure(
             self.loose.triangles.iter().all(|t| {
                 (t.material.0 as usize) < scene.materials.len()
                     && t.vertices.iter().all(|&v| (v as usize) < vertices)
-            }) && self.loose.first_alpha_tested <= self.loose.triangles.len()
+            }) && self.loose.first_see_through <= self.loose.triangles.len()
                 && self.loose.poses.is_empty(),
             "a loose triangle's vertex or material does not exist",
         )?;
@@ -162,6 +199,7 @@ impl Scene {
             time,
             instances: self.instances.clone(),
             loose: Mesh::default(),
+            drifts: Vec::new(),
             lights: Vec::new(),
             styles: self.brightness.clone(),
             fog: self.fog,
@@ -188,7 +226,7 @@ impl Scene {
         };
         let material =
             (self.materials.get(id.0 as usize)).ok_or("an instance's material does not exist")?;
-        if material.is_see_through() && mesh.first_alpha_tested > 0 {
+        if material.is_see_through() && mesh.first_see_through > 0 {
             return Err("light passes through an instance's material and not through its mesh");
         }
         Ok(())

@@ -73,6 +73,24 @@ pub struct Material {
 }
 
 impl Material {
+    /// An opaque Lambertian reflector that shows `base` and emits nothing.
+    #[must_use]
+    pub fn new(name: impl Into<String>, base: TextureId) -> Self {
+        Self {
+            name: name.into(),
+            surface: Surface::Diffuse,
+            base,
+            emission: None,
+            emission_scale: 0.0,
+            emission_weight: 0.0,
+            alpha_tested: false,
+            two_sided: false,
+            warped: false,
+            finish: Finish::default(),
+            frames: Vec::new(),
+        }
+    }
+
     /// Whether light passes through it somewhere, so that shadow rays must ask.
     #[must_use]
     pub fn is_see_through(&self) -> bool {

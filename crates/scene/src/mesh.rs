@@ -27,7 +27,7 @@ pub struct Triangle {
 /// A triangle mesh in its own local space.
 ///
 /// Triangles that light passes through somewhere ([`crate::Material::is_see_through`]) stand last, from
-/// [`Mesh::first_alpha_tested`] on, so that a renderer can treat the rest as opaque.
+/// [`Mesh::first_see_through`] on, so that a renderer can treat the rest as opaque.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// For people: `world`, or the brush model's name such as `*3` or `maps/b_bh25.bsp`.
@@ -38,7 +38,7 @@ pub struct Mesh {
     /// Opaque triangles first, then alpha-tested and translucent ones.
     pub triangles: Vec<Triangle>,
     /// Index of the first alpha-tested or translucent triangle; equals `triangles.len()` if there is none.
-    pub first_alpha_tested: usize,
+    pub first_see_through: usize,
     /// Poses that instances blend between, each as long as [`Mesh::positions`], which is the first
     /// of them. Empty: the mesh is rigid.
     pub poses: Vec<Vec<Vec3>>,

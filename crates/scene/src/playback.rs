@@ -8,7 +8,7 @@ use crate::Scene;
 use crate::alias::{self, AliasModel};
 use crate::camera::{Camera, Lens};
 use crate::fog::Fog;
-use crate::frame::Frame;
+use crate::frame::{Drift, Frame};
 use crate::import::{Cast, CastList, CastModel, FogKeys, IRRADIANCE_PER_VALUE, LAMP_REACH};
 use crate::light::PointLight;
 use crate::material::MaterialId;
@@ -156,13 +156,15 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
     let mut lights: Vec<PointLight> = state.lights.iter().map(sphere).collect();
     lights.extend(state.beams.iter().flat_map(along));
     let instances = show.instances;
+    let (loose, drifts) = dots(&state.particles, &camera, cast.palette);
     Frame {
         time: state.clock as f32,
         instances,
-        loose: dots(&state.particles, &camera, cast.palette),
+        loose,
+        drifts,
         lights,
         styles: state.styles.iter().map(|s| s.max(0.0)).collect(),
-        fog: fog(state, scene),
+        fog: fog(state, scene, cast.fog),
         before: None,
         camera,
     }
@@ -283,11 +285,13 @@ impl Showing<'_> {
         let Some(bolt) = self.cast.models.get(file) else {
             return;
         };
-        for part in beam.parts() {
+        for (number, part) in beam.parts().enumerate() {
+            let id = beam.part_id(number);
             let place = alias::placement(part.origin, part.angles.to_array(), 1.0);
             let frame = FrameBlend::default();
-            for (mesh, model) in bolt.surfaces() {
+            for (surface, (mesh, model)) in bolt.surfaces().enumerate() {
                 self.instances.push(Instance {
+                    id: part_of(id, surface),
                     seen_by: SeenBy::CAMERA,
                     name: file.to_owned(),
                     ..posed(mesh, model, place, frame, 0, self.state.clock)
@@ -354,10 +358,12 @@ fn posed(
 }
 
 /// The fog that the server has asked for, or else the level's.
-fn fog(state: &State, scene: &Scene) -> Option<Fog> {
-    let Some([density, r, g, b]) = state.fog.filter(|_| scene.clear_sky.is_some()) else {
+fn fog(state: &State, scene: &Scene, level: FogKeys) -> Option<Fog> {
+    let Some(asked) = state.fog.filter(|_| scene.clear_sky.is_some()) else {
         return scene.fog;
     };
+    let [r, g, b] = level.color;
+    let [density, r, g, b] = asked.in_level([level.density, r, g, b]);
     FogKeys::new(density, [r, g, b]).medium()
 }
 
@@ -401,7 +407,7 @@ fn along(beam: &Beam) -> impl Iterator<Item = PointLight> + use<> {
 }
 
 /// Particles as hexagons that face the camera.
-fn dots(particles: &[Particle], camera: &Camera, material: MaterialId) -> Mesh {
+fn dots(particles: &[Particle], camera: &Camera, material: MaterialId) -> (Mesh, Vec<Drift>) {
     const CORNERS: u32 = 6;
     /// Radius up to this depth; beyond, particles shrink less than things do.
     const RADIUS: f32 = 0.5;
@@ -420,6 +426,7 @@ fn dots(particles: &[Particle], camera: &Camera, material: MaterialId) -> Mesh {
         triangles: Vec::with_capacity(particles.len() * 4),
         ..Mesh::default()
     };
+    let mut drifts = Vec::with_capacity(mesh.positions.capacity());
     for particle in particles {
         let depth = (particle.at - camera.position).dot(forward);
         if !particle.at.is_finite() || depth <= 0.0 {
@@ -433,6 +440,10 @@ fn dots(particles: &[Particle], camera: &Camera, material: MaterialId) -> Mesh {
         let first = mesh.positions.len() as u32;
         let at = |c: &Vec3| particle.at + *c * (RADIUS * grown);
         mesh.positions.extend(corners.iter().map(at));
+        drifts.extend((0..CORNERS as usize).map(|corner| Drift {
+            id: part_of(particle.id, corner),
+            velocity: particle.velocity,
+        }));
         let [u, v] = Cast::palette_uv(particle.colour).map(|x| x - 0.25);
         for i in 1..CORNERS - 1 {
             mesh.triangles.push(Triangle {
@@ -445,6 +456,6 @@ fn dots(particles: &[Particle], camera: &Camera, material: MaterialId) -> Mesh {
             });
         }
     }
-    mesh.first_alpha_tested = mesh.triangles.len();
-    mesh
+    mesh.first_see_through = mesh.triangles.len();
+    (mesh, drifts)
 }

@@ -105,7 +105,7 @@ fn quad(name: &str, picture: &SprPicture, material: MaterialId) -> Mesh {
             triangle([0, 2, 3], [[0.0, h], [w, 0.0], [0.0, 0.0]]),
         ],
         // Its holes are tested.
-        first_alpha_tested: 0,
+        first_see_through: 0,
         ..Mesh::default()
     }
 }

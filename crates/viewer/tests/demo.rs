@@ -521,3 +521,66 @@ fn motion_blur_is_the_mean_of_the_moments_between() {
         "{blurred} blurred, {sharp} sharp"
     );
 }
+
+/// A demo in a room with a window to the sky, which the server makes red half way.
+#[test]
+fn skies_that_the_server_changes_are_seen() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut map = mapc::Map::new();
+    map.texture(mapc::Texture::solid("wall", 64, 64, 100));
+    map.texture(mapc::Texture::solid("sky1", 256, 128, 80));
+    map.room([0.0; 3], [256.0; 3], 16.0, "wall");
+    map.brush_box([64.0, 64.0, 240.0], [192.0, 192.0, 256.0], "sky1");
+    map.entity("info_player_start", &[("origin", "128 128 32")]);
+    let level = mapc::compile(&map, &mapc::Options::default()).unwrap();
+    let base = dir.path().join("id1");
+    for folder in ["maps", "gfx/env"] {
+        std::fs::create_dir_all(base.join(folder)).unwrap();
+    }
+    std::fs::write(base.join("maps/window.bsp"), level.bytes).unwrap();
+    for side in ["rt", "bk", "lf", "ft", "up", "dn"] {
+        let mut tga = vec![0; 18];
+        (tga[2], tga[12], tga[14], tga[16]) = (2, 1, 1, 24);
+        tga.extend([0, 0, 255]);
+        std::fs::write(base.join(format!("gfx/env/red{side}.tga")), tga).unwrap();
+    }
+    let mut w = DemoWriter::new(Dialect::QUAKE, -1);
+    w.server_info("window", 1, &["maps/window.bsp"], &[]);
+    w.set_view(1).signon(1).signon(3);
+    w.end_block([0.0; 3]);
+    for i in 0..7_u8 {
+        let me = Entity {
+            origin: [128.0, 128.0, 40.0],
+            ..Entity::default()
+        };
+        w.frame(10.0 + f32::from(i) / 10.0, &[(1, me)]);
+        w.client(&Client::default());
+        if i == 4 {
+            w.skybox("red");
+        }
+        w.end_block([-90.0, 0.0, 0.0]);
+    }
+    w.disconnect();
+    w.end_block([0.0; 3]);
+    std::fs::write(dir.path().join("a.dem"), w.finish()).unwrap();
+    let args = ["-o", "f/%d.exr", "--basedir", "."];
+    succeeds(dir.path(), &args);
+    let seen = |frame: u32| {
+        let path = dir.path().join(format!("f/{frame}.exr"));
+        runelight::picture::read(&path, "beauty").unwrap().radiance[7 * 24 + 12]
+    };
+    let frames = [0, 2, 4, 5].map(seen);
+    assert_eq!(
+        frames[0], frames[1],
+        "the sky of the level stands still here"
+    );
+    assert!(frames[0][1] > 0.0, "{frames:?}");
+    for red in &frames[2..] {
+        assert!(red[0] > 0.9 && red[1] == 0.0 && red[2] == 0.0, "{frames:?}");
+    }
+    // Frames that are there are compared with the level in their own sky.
+    std::fs::remove_file(dir.path().join("f/1.exr")).unwrap();
+    std::fs::remove_file(dir.path().join("f/5.exr")).unwrap();
+    succeeds(dir.path(), &[&args[..], &["--resume"]].concat());
+    assert_eq!(seen(5), frames[3]);
+}

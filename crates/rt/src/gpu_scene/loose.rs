@@ -7,7 +7,7 @@ use crate::vk::{
     TlasInstance, Usage,
 };
 use glam::Affine3A;
-use scene::Mesh;
+use scene::{Frame, Mesh};
 use std::sync::Arc;
 
 /// Room for loose triangles at first, when there are some.
@@ -36,7 +36,7 @@ impl GpuScene {
         let first = self.own_triangles;
         abi::Instance {
             opaque_base: first,
-            alpha_base: first + mesh.first_alpha_tested as u32,
+            alpha_base: first + mesh.first_see_through as u32,
             ..super::placement(&Affine3A::IDENTITY)
         }
     }
@@ -76,8 +76,8 @@ impl GpuScene {
         )?;
         let once = self.scene.features.translucent;
         let counts = [
-            mesh.first_alpha_tested as u32,
-            count - mesh.first_alpha_tested as u32,
+            mesh.first_see_through as u32,
+            count - mesh.first_see_through as u32,
         ];
         let input = input(&corners, counts, once);
         let blas = match &self.loose.blas {
@@ -131,6 +131,19 @@ impl GpuScene {
         self.loose.blas = None;
         Ok(())
     }
+}
+
+/// Where the corners of the loose triangles were in the picture before; empty if they stood still.
+pub(super) fn corners_before(frame: &Frame) -> Vec<[[f32; 3]; 3]> {
+    let before = frame.before.as_ref().map_or(&[][..], |b| &b.loose);
+    let triangles = frame.loose.triangles.iter().filter(|_| !before.is_empty());
+    triangles
+        .map(|t| {
+            wound(&frame.loose, t)
+                .vertices
+                .map(|v| before[v as usize].to_array())
+        })
+        .collect()
 }
 
 /// Opaque triangles and others, so many of each, whose corners stand in their order.

@@ -59,7 +59,7 @@ pub struct GpuScene {
 /// Where a mesh's parts lie in the scene's flat arrays.
 struct Part {
     triangle_base: u32,
-    first_alpha: u32,
+    first_see_through: u32,
     position_base: u64,
     index_base: u64,
     /// Bounds in all poses, local space.
@@ -80,7 +80,7 @@ impl GpuScene {
         for mesh in &scene.meshes {
             parts.push(Part {
                 triangle_base: triangles.len() as u32,
-                first_alpha: mesh.first_alpha_tested as u32,
+                first_see_through: mesh.first_see_through as u32,
                 position_base: positions.len() as u64,
                 index_base: indices.len() as u64,
                 bounds: (mesh.positions.iter().chain(mesh.poses.iter().flatten()))
@@ -359,7 +359,7 @@ fn blas_input(
             indices.clone(),
             part.index_base * size_of::<[u32; 3]>() as u64,
         )),
-        geometries: poses::geometries(part.first_alpha, mesh.triangles.len() as u32, once),
+        geometries: poses::geometries(part.first_see_through, mesh.triangles.len() as u32, once),
     }
 }
 

@@ -104,7 +104,7 @@ impl GpuScene {
                     transform: instance.transform,
                     custom_index: custom_index(number, instance, posed.is_some()),
                     mask: mask(instance.seen_by),
-                    hit_group: u32::from(self.scene.meshes[instance.mesh].first_alpha_tested == 0),
+                    hit_group: u32::from(self.scene.meshes[instance.mesh].first_see_through == 0),
                 })
             })
             .collect()
@@ -166,6 +166,7 @@ impl GpuScene {
             arrays.add(&instances),
             arrays.add(&figures),
             arrays.add(pasts),
+            arrays.add(&super::loose::corners_before(frame)),
             arrays.add(&lights),
             arrays.add(&light_styles),
             arrays.add(&spheres),
@@ -185,6 +186,7 @@ impl GpuScene {
             instances,
             figures,
             pasts,
+            loose_corners,
             lights,
             light_styles,
             spheres,
@@ -196,6 +198,7 @@ impl GpuScene {
             instances,
             figures,
             pasts,
+            loose_corners,
             lights,
             light_styles,
             moving_spheres: spheres,
@@ -230,9 +233,9 @@ impl GpuScene {
             &self.parts[instance.mesh],
             &self.scene.meshes[instance.mesh],
         );
-        let alpha_base = part.triangle_base + part.first_alpha;
+        let alpha_base = part.triangle_base + part.first_see_through;
         // A mesh of alpha-tested triangles alone has them as geometry 0.
-        let only_alpha = mesh.first_alpha_tested == 0;
+        let only_alpha = mesh.first_see_through == 0;
         let source_start = match self.scene.features.frames {
             false => self.source_starts[number],
             true if number == 0 => self.source_starts[0],
@@ -293,7 +296,14 @@ impl GpuScene {
         let mut all: Vec<abi::Past> = (frame.instances.iter().zip(&before.instances))
             .map(past)
             .collect();
-        all.push(abi::Past::default());
+        all.push(match before.loose.is_empty() {
+            true => abi::Past::default(),
+            false => abi::Past {
+                posed: 0_u32.wrapping_sub(self.own_triangles),
+                flags: abi::PAST_MOVED | abi::PAST_LOOSE,
+                ..abi::Past::default()
+            },
+        });
         all
     }
 
@@ -384,6 +394,7 @@ impl GpuScene {
             time: 0.0,
             instances: scene.instances.clone(),
             loose: scene::Mesh::default(),
+            drifts: Vec::new(),
             lights: Vec::new(),
             styles: scene.brightness.clone(),
             fog: scene.fog,

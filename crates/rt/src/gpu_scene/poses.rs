@@ -24,7 +24,7 @@ struct PosedMesh {
     /// First of its triangles among those of meshes with poses.
     first_triangle: u32,
     triangles: u32,
-    first_alpha: u32,
+    first_see_through: u32,
     /// Whether the any-hit shader is called at most once for each triangle and ray.
     once: bool,
 }
@@ -86,7 +86,7 @@ impl Poses {
                 first_vertex: positions.len() as u32,
                 first_triangle: indices.len() as u32,
                 triangles: mesh.triangles.len() as u32,
-                first_alpha: mesh.first_alpha_tested as u32,
+                first_see_through: mesh.first_see_through as u32,
                 once,
             }));
             if has_triangles {
@@ -283,13 +283,13 @@ impl PosedMesh {
             position_offset: u64::from(first) * CORNERS,
             position_count: 3 * self.triangles,
             indices: None,
-            geometries: geometries(self.first_alpha, self.triangles, self.once),
+            geometries: geometries(self.first_see_through, self.triangles, self.once),
         }
     }
 }
 
 /// The opaque and the other triangles of a mesh; those of which there are none are left out.
-pub(super) fn geometries(first_alpha: u32, triangles: u32, once: bool) -> Vec<BlasGeometry> {
+pub(super) fn geometries(first_see_through: u32, triangles: u32, once: bool) -> Vec<BlasGeometry> {
     let part = |first, end, opaque| BlasGeometry {
         first,
         triangles: end - first,
@@ -297,8 +297,8 @@ pub(super) fn geometries(first_alpha: u32, triangles: u32, once: bool) -> Vec<Bl
         once,
     };
     let both = [
-        part(0, first_alpha, true),
-        part(first_alpha, triangles, false),
+        part(0, first_see_through, true),
+        part(first_see_through, triangles, false),
     ];
     both.into_iter().filter(|g| g.triangles > 0).collect()
 }

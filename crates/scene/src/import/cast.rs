@@ -1,5 +1,6 @@
 //! A level and all models that a demo names, ready to be shown in frames.
 
+use super::fog::FogKeys;
 use super::models::Loaded;
 use super::replaced::Skins;
 use super::surfaces::{Look, Surfaces};
@@ -7,7 +8,7 @@ use super::world::{ENTITY_GROWTH, World, bounds, growth};
 use super::{Files, ImportError, ImportOptions, Lighting};
 use crate::Scene;
 use crate::alias::{self, AliasModel};
-use crate::material::{Finish, Material, MaterialId, Surface, Texture};
+use crate::material::{Material, MaterialId, Texture};
 use crate::mesh::{Instance, Mesh, SeenBy};
 use crate::sprite::SpriteModel;
 use bsp::Level;
@@ -29,6 +30,8 @@ pub struct Cast {
     pub faded: HashMap<(String, u8), CastModel>,
     /// Shows the palette, and shines: index `i` with the texture coordinates of [`Cast::palette_uv`].
     pub palette: MaterialId,
+    /// The fog that the level has of its own.
+    pub fog: FogKeys,
     /// Materials of players' skins by model, skin, and the rows of shirt and trousers.
     coloured: HashMap<(String, usize, [u8; 2]), MaterialId>,
 }
@@ -150,6 +153,7 @@ impl World<'_> {
             models: HashMap::new(),
             faded: HashMap::new(),
             palette: self.palette_material(),
+            fog: self.level_fog,
             coloured: HashMap::new(),
         };
         let mut has_level = false;
@@ -331,17 +335,10 @@ impl World<'_> {
         let emission = picture("particles emission", &|i| palette.rgb(i));
         let emission = self.set.add_texture(emission);
         let material = Material {
-            name: "particles".to_owned(),
-            surface: Surface::Diffuse,
-            base,
             emission: Some(emission),
             emission_scale: 1.0,
-            emission_weight: 0.0,
-            alpha_tested: false,
             two_sided: true,
-            warped: false,
-            finish: Finish::default(),
-            frames: Vec::new(),
+            ..Material::new("particles", base)
         };
         self.set.add(material, false)
     }

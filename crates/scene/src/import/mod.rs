@@ -167,6 +167,8 @@ pub struct ImportOptions {
     pub fog: Option<FogKeys>,
     /// Share of the sky that is fogged, 0 to 1, in place of the level's.
     pub sky_fog: Option<f32>,
+    /// Name of the skybox in place of what the level asks for; an empty one is the sky of the level's texture.
+    pub skybox: Option<String>,
     /// Limits for files that the import reads itself.
     pub limits: bsp::Limits,
 }
@@ -192,6 +194,7 @@ impl Default for ImportOptions {
             model_replacements: true,
             fog: None,
             sky_fog: None,
+            skybox: None,
             limits: bsp::Limits::default(),
         }
     }

@@ -14,7 +14,7 @@ use super::surfaces::{self, Look, Surfaces};
 use super::world::{ENTITY_GROWTH, World, bounds, growth};
 use super::{LightMode, Lighting, translucent};
 use crate::alias::{self, AliasModel};
-use crate::material::{Material, MaterialId, Surface};
+use crate::material::{Material, MaterialId};
 use crate::mesh::{Instance, Mesh, PoseBlend, SeenBy};
 use crate::sprite::{PlacedSprite, SpriteModel, Stance};
 use bsp::mdl::{Mdl, flags};
@@ -443,17 +443,10 @@ impl World<'_> {
         let finish = translucent::finish(kind, opacity, &base, &rule);
         let set = &mut self.set;
         let mut material = Material {
-            name: base.name.clone(),
-            surface: Surface::Diffuse,
-            base: set.add_texture(base),
-            emission: None,
             emission_scale: options.emission_scale * finish.alpha * rule.emission.unwrap_or(1.0),
-            emission_weight: 0.0,
             alpha_tested: holes,
-            two_sided: false,
-            warped: false,
             finish,
-            frames: Vec::new(),
+            ..Material::new(base.name.clone(), set.add_texture(base))
         };
         if options.lights != LightMode::Entities || glow != Glow::Texels {
             surfaces::emit(&mut material, emission, kind, &rule, set);
@@ -572,17 +565,11 @@ impl World<'_> {
             base = indexed.base_without(|_| true);
         }
         let mut material = Material {
-            name: painting.name.clone(),
-            surface: Surface::Diffuse,
-            base: set.add_texture(base),
-            emission: None,
             emission_scale: options.emission_scale * finish.alpha * rule.emission.unwrap_or(1.0),
-            emission_weight: 0.0,
             alpha_tested: painting.holes,
             two_sided: painting.two_sided,
-            warped: false,
             finish,
-            frames: Vec::new(),
+            ..Material::new(painting.name.clone(), set.add_texture(base))
         };
         match options.lighting {
             Lighting::Physical

@@ -10,7 +10,7 @@ use super::names::NameKind;
 use super::notes::Notes;
 use super::picture::{self, Indexed, SKY_SIDE};
 use super::surfaces::{FaceSurface, MaterialSet};
-use crate::material::{Finish, Material, Surface, Texture, TextureId, luminance, srgb_to_linear};
+use crate::material::{Material, Surface, Texture, TextureId, luminance, srgb_to_linear};
 use crate::sky::{BOX_SIDES, Sky, SkyKind, box_texel, box_uv};
 use bsp::Limits;
 use bsp::picture::Rgba;
@@ -61,17 +61,9 @@ pub fn surface(
     let mean = mean_radiance(set);
     let [upper, lower] = [0, 1].map(|half| set.sky.scale[half] * mean[half] + set.sky.veil[half]);
     let material = Material {
-        name: name.to_owned(),
         surface: Surface::Sky,
-        base,
-        emission: None,
-        emission_scale: 0.0,
         emission_weight: luminance(upper.to_array()).max(luminance(lower.to_array())),
-        alpha_tested: false,
-        two_sided: false,
-        warped: false,
-        finish: Finish::default(),
-        frames: Vec::new(),
+        ..Material::new(name, base)
     };
     FaceSurface {
         kind: NameKind::Sky,

@@ -9,7 +9,7 @@ use super::sky;
 use super::translucent::{self, GLASS_ALPHA, LiquidAlphas};
 use super::{ImportOptions, LightMode, Lighting};
 use crate::Fog;
-use crate::material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
+use crate::material::{Finish, Material, MaterialId, Texture, TextureId};
 use crate::sky::{ClearSky, Sky};
 use bsp::Bsp;
 use bsp::lmp::Palette;
@@ -304,18 +304,13 @@ impl<'a> Surfaces<'a> {
             gloss.roughness_map = Some(set.add_texture(picture));
         }
         let mut material = Material {
-            name: named.name.clone(),
-            surface: Surface::Diffuse,
-            base: set.add_texture(base),
-            emission: None,
             // Only what is painted shines.
             emission_scale: options.emission_scale * finish.alpha * rule.emission.unwrap_or(1.0),
-            emission_weight: 0.0,
             alpha_tested: kind == NameKind::Fence,
             two_sided: kind.is_liquid(),
             warped: kind.is_liquid(),
             finish,
-            frames: Vec::new(),
+            ..Material::new(named.name.clone(), set.add_texture(base))
         };
         match options.lighting {
             Lighting::Physical if options.lights != LightMode::Entities => {
@@ -374,17 +369,11 @@ fn missing(
     let base = set.add_texture(picture);
     let shows = matches!(options.lighting, Lighting::Lightmap | Lighting::Fullbright);
     let material = Material {
-        name: name.to_owned(),
-        surface: Surface::Diffuse,
-        base,
         emission: shows.then_some(base),
         emission_scale: 1.0,
-        emission_weight: 0.0,
-        alpha_tested: false,
         two_sided: kind.is_liquid(),
         warped: kind.is_liquid(),
-        finish: Finish::default(),
-        frames: Vec::new(),
+        ..Material::new(name, base)
     };
     FaceSurface {
         kind,

@@ -3,6 +3,7 @@
 use super::appearance::{Beside, MAX_TEXELS};
 use super::baked::Baked;
 use super::emitters::Twice;
+use super::fog::FogKeys;
 use super::geometry::{self, FacePolygon, ModelMesh, TextureMapping};
 use super::lights::{EntityLight, Moment};
 use super::models::Models;
@@ -73,6 +74,8 @@ pub struct World<'a> {
     brush_meshes: BTreeMap<(usize, LookKey), Option<usize>>,
     /// Whether frames place all but the world itself.
     pub(super) is_stage: bool,
+    /// The fog that the level has of its own.
+    pub(super) level_fog: FogKeys,
     /// Frames may have other fog than the level.
     pub(super) changes_fog: bool,
 }
@@ -92,14 +95,17 @@ impl<'a> World<'a> {
             _ => SkyLight::default(),
         };
         let mut set = MaterialSet::new(sky_light.domes, LiquidAlphas::of(level.entities.first()));
+        let mut level_fog = FogKeys::OFF;
         // Lightmaps and the textures know of no fog, and pictures of them are to be compared.
         if options.lighting == Lighting::Physical {
             let (keys, share) = fog::of_level(level.entities.first(), &mut notes);
-            set.fog = options.fog.unwrap_or(keys).medium();
+            level_fog = options.fog.unwrap_or(keys);
+            set.fog = level_fog.medium();
             set.clear_sky.share = options.sky_fog.unwrap_or(share);
         }
-        set.skybox = (level.entities.first())
-            .and_then(|world| world.get_any(&["sky", "skyname", "qlsky"]))
+        let own =
+            (level.entities.first()).and_then(|world| world.get_any(&["sky", "skyname", "qlsky"]));
+        set.skybox = (options.skybox.as_deref().or(own))
             .filter(|name| !name.is_empty())
             .and_then(|name| sky::skybox(name, files, &options.limits, &mut notes));
         Self {
@@ -121,6 +127,7 @@ impl<'a> World<'a> {
             files_of_meshes: Vec::new(),
             brush_meshes: BTreeMap::new(),
             is_stage: false,
+            level_fog,
             changes_fog: false,
         }
     }
@@ -613,7 +620,7 @@ fn mesh(name: &str, part: ModelMesh) -> Mesh {
     Mesh {
         name: name.to_owned(),
         positions: part.positions,
-        first_alpha_tested: part.triangles.len(),
+        first_see_through: part.triangles.len(),
         triangles: part.triangles,
         ..Mesh::default()
     }
@@ -633,7 +640,7 @@ fn see_through_last(mesh: &mut Mesh, is_see_through: impl Fn(MaterialId) -> bool
     let (rest, opaque): (Vec<_>, Vec<_>) = std::mem::take(&mut mesh.triangles)
         .into_iter()
         .partition(|t| is_see_through(t.material));
-    mesh.first_alpha_tested = opaque.len();
+    mesh.first_see_through = opaque.len();
     mesh.triangles = opaque;
     mesh.triangles.extend(rest);
 }

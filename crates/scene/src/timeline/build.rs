@@ -1,6 +1,7 @@
 //! One pass over a demo's messages makes the tables that a timeline answers from.
 
-use super::level::{BeamEvent, BurstEvent, FogChange, Level, ModelName, Static, WeaponKey};
+use super::fog::{AskedFog, FogChange};
+use super::level::{BeamEvent, BurstEvent, Level, ModelName, Static, WeaponKey};
 use super::particle::Burst;
 use super::seed::Seed;
 use super::text::{Command, Commands};
@@ -92,7 +93,7 @@ enum Happening {
     Beam(bsp::dem::BeamKind, u16, Vec3, Vec3),
     Hurt(u8, u8, Vec3),
     Bonus,
-    Fog([f32; 4], f64),
+    Fog(AskedFog, f64),
 }
 
 impl Building {
@@ -212,7 +213,8 @@ impl Building {
                 }
                 Happening::Bonus => self.level.bonuses.push((moment, begin)),
                 Happening::Fog(to, seconds) => {
-                    let from = self.level.fogs.last().map_or(to, |f| f.at(begin));
+                    let last = self.level.fogs.last();
+                    let from = last.map_or(AskedFog::LEVEL, |f| f.at(begin));
                     self.level.fogs.push(FogChange {
                         moment,
                         begin,
@@ -342,7 +344,9 @@ impl Builder<'_> {
                 colour: [r, g, b],
                 seconds,
             } => {
-                let fog = [*density, *r, *g, *b];
+                let fog = AskedFog::of([*density, *r, *g, *b]);
+                // Commands that leave out a part of it go on from here.
+                now.commands.fog = fog;
                 now.happens.push(Happening::Fog(fog, f64::from(*seconds)));
             }
             Message::Skybox(name) => now.sky(plain_text(name), moment),

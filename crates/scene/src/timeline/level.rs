@@ -1,5 +1,6 @@
 //! What a timeline keeps of one level of a demo.
 
+use super::fog::FogChange;
 use super::particle::{Burst, Trail};
 use super::seed::Seed;
 use super::track::{Blend, Track};
@@ -113,28 +114,6 @@ pub struct Static {
     pub state: EntityState,
     /// First message that shows it.
     pub(super) moment: u32,
-}
-
-/// Fog that the server asks for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FogChange {
-    pub moment: u32,
-    pub begin: f64,
-    /// Density and colour at the beginning and after `seconds`.
-    pub from: [f32; 4],
-    pub to: [f32; 4],
-    pub seconds: f64,
-}
-
-impl FogChange {
-    /// Density and colour at `t`.
-    pub fn at(&self, t: f64) -> [f32; 4] {
-        if self.seconds <= 0.0 || t >= self.begin + self.seconds {
-            return self.to;
-        }
-        let share = ((t - self.begin) / self.seconds).max(0.0) as f32;
-        std::array::from_fn(|i| self.from[i] + (self.to[i] - self.from[i]) * share)
-    }
 }
 
 /// Many particles at once, and the light of some of them.

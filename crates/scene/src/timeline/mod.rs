@@ -15,6 +15,7 @@
 //! things rest until 0.1 s before the message.
 
 mod build;
+mod fog;
 mod level;
 mod particle;
 mod seed;
@@ -25,6 +26,7 @@ mod track;
 mod trail;
 mod view;
 
+pub use fog::AskedFog;
 pub use level::{Level, ModelName, Static};
 pub use particle::{Particle, Trail};
 pub use state::{Beam, BeamPart, DynamicLight, Entity, LightKind, Options, State, Unseen};
@@ -87,6 +89,18 @@ impl Timeline {
     pub fn level_at(&self, t: f64) -> Option<usize> {
         let index = self.message_at(t.clamp(0.0, self.duration()))?;
         Some(self.moments.get(index)?.level as usize)
+    }
+
+    /// What the server calls the sky's pictures at `t`, without the work for the rest of the state; `None` if it
+    /// has not asked for any.
+    pub fn sky_at(&self, t: f64) -> Option<&str> {
+        let index = self.message_at(t.clamp(0.0, self.duration()))?;
+        let level = self.levels.get(self.moments.get(index)?.level as usize)?;
+        let next = level
+            .sky_changes
+            .partition_point(|(moment, _)| *moment as usize <= index);
+        let (_, sky) = level.sky_changes.get(next.checked_sub(1)?)?;
+        level.skies.get(*sky as usize).map(String::as_str)
     }
 
     /// The state at `t` seconds; before the beginning that of the beginning, after the end that of

@@ -45,6 +45,7 @@ enum Colour {
 /// A particle as it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Born {
+    id: u64,
     at: Vec3,
     velocity: Vec3,
     motion: Motion,
@@ -55,8 +56,12 @@ pub struct Born {
 /// A particle at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
+    /// What it is from one moment to the next, hardly shared with another.
+    pub id: u64,
     /// Where it is, world space.
     pub at: Vec3,
+    /// Units per second.
+    pub velocity: Vec3,
     /// Its colour, an index of the palette.
     pub colour: u8,
 }
@@ -72,9 +77,26 @@ impl Born {
             Colour::Ramp(ramp, first, rate) => *ramp.get((first + age * rate) as usize)?,
         };
         Some(Particle {
+            id: self.id,
             at: self.at + self.travelled(age),
+            velocity: self.velocity_at(age),
             colour,
         })
+    }
+
+    /// How fast it is: the derivative of [`Born::travelled`].
+    fn velocity_at(&self, t: f32) -> Vec3 {
+        let v = self.velocity;
+        let grown = |a: f32| v * (a * t).exp();
+        let fall = |a: f32| Vec3::Z * (-GRAVITY * (a * t).exp_m1() / a);
+        match self.motion {
+            Motion::Still => v,
+            Motion::Fall => v - Vec3::Z * (GRAVITY * t),
+            Motion::Rise => v + Vec3::Z * (GRAVITY * t),
+            Motion::Burst => grown(4.0) + fall(4.0),
+            Motion::Brake => grown(-1.0) + fall(-1.0),
+            Motion::Flatten => grown(-4.0).with_z(v.z - GRAVITY * t),
+        }
     }
 
     /// How far it went. With the speed v and the rate of change a v, the way after t is
@@ -145,6 +167,7 @@ impl Burst {
         let wild_speed = cube(3, 512) - 256.0;
         let odd = i % 2 == 1;
         let wild = |motion, colour, life| Born {
+            id: s.0,
             at: wild_place,
             velocity: wild_speed,
             motion,
@@ -158,6 +181,7 @@ impl Burst {
             Self::Puff {
                 direction, colour, ..
             } => Born {
+                id: s.0,
                 at: at + cube(0, 16) - 8.0,
                 velocity: direction * 15.0,
                 motion: Motion::Fall,
@@ -190,6 +214,7 @@ impl Burst {
                 let [x, y] = [i % 32, i / 32].map(|n| n as f32 - 16.0);
                 let away = Vec3::new(8.0 * x + s.int(0, 8), 8.0 * y + s.int(1, 8), 256.0);
                 Born {
+                    id: s.0,
                     at: at + Vec3::new(away.x, away.y, s.int(2, 64)),
                     velocity: away.normalize() * (50.0 + s.int(3, 64)),
                     motion: Motion::Fall,
@@ -202,6 +227,7 @@ impl Burst {
                 let grid = Vec3::new(x - 16.0, y - 16.0, z - 24.0);
                 let away = Vec3::new(grid.y, grid.x, grid.z).normalize_or_zero();
                 Born {
+                    id: s.0,
                     at: at + grid + cube(0, 4),
                     velocity: away * (50.0 + s.int(3, 64)),
                     motion: Motion::Fall,
@@ -263,6 +289,7 @@ impl Trail {
         let cube = |n: u32| Vec3::from_array([0, 1, 2].map(|k| s.int(k, n)));
         let near = at + cube(6) - 3.0;
         let plain = |at, motion, colour, life| Born {
+            id: s.0,
             at,
             velocity: Vec3::ZERO,
             motion,
@@ -286,6 +313,7 @@ impl Trail {
                 let first = if self == Self::Green { 52 } else { 230 };
                 let aside = Vec3::new(along.y, -along.x, 0.0) * 30.0;
                 Born {
+                    id: s.0,
                     at,
                     velocity: if n % 2 == 1 { aside } else { -aside },
                     motion: Motion::Still,
@@ -304,8 +332,9 @@ impl Trail {
 /// Number of directions of a bright field.
 const FIELD: u32 = 162;
 
-/// The sphere of particles around an entity at `time` seconds of the server's clock.
-pub fn bright_field(origin: Vec3, time: f64, out: &mut Vec<Particle>) {
+/// The sphere of particles around entity `number` at `time` seconds of the server's clock. They have the
+/// velocity of their turning alone.
+pub fn bright_field(number: u16, origin: Vec3, time: f64, out: &mut Vec<Particle>) {
     /// The particles' distance from the middle.
     const RADIUS: f32 = 64.0;
     /// Length of the beam each turns on.
@@ -322,11 +351,16 @@ pub fn bright_field(origin: Vec3, time: f64, out: &mut Vec<Particle>) {
         let turn = |lane| {
             let rate = 0.01 * f64::from(seed.of(i.into()).below(lane, 256));
             let angle = (time * rate) % std::f64::consts::TAU;
-            (angle as f32).sin_cos()
+            (rate as f32, (angle as f32).sin_cos())
         };
-        let ((sp, cp), (sy, cy)) = (turn(0), turn(1));
+        let ((pitching, (sp, cp)), (yawing, (sy, cy))) = (turn(0), turn(1));
+        let along = Vec3::new(cp * cy, cp * sy, -sp);
+        let turning = Vec3::new(-sp * cy, -sp * sy, -cp) * pitching
+            + Vec3::new(-cp * sy, cp * cy, 0.0) * yawing;
         out.push(Particle {
-            at: origin + n * RADIUS + Vec3::new(cp * cy, cp * sy, -sp) * BEAM,
+            id: seed.of(number.into()).of(i.into()).0,
+            at: origin + n * RADIUS + along * BEAM,
+            velocity: turning * BEAM,
             colour: 0x6f,
         });
     }
@@ -377,6 +411,7 @@ mod tests {
             Motion::Flatten,
         ] {
             let born = Born {
+                id: 0,
                 at: Vec3::new(1.0, 2.0, 3.0),
                 velocity: Vec3::new(200.0, -100.0, 50.0),
                 motion,
@@ -387,6 +422,16 @@ mod tests {
                 let found = born.at_age(age).unwrap().at;
                 let off = (found - stepped(&born, age)).length();
                 assert!(off < 0.05, "{motion:?} after {age} s: {off} away");
+                // The middle of two places has the velocity of its moment, up to third derivatives.
+                let near = |s: f32| (born.at + born.travelled(age + s)).as_dvec3();
+                let step = 1.0 / 64.0;
+                let slope = (near(step) - near(-step)) / f64::from(2.0 * step);
+                let off = (slope.as_vec3() - born.velocity_at(age)).length();
+                let fast = born.velocity_at(age).length();
+                assert!(
+                    off < 2e-3 * fast,
+                    "{motion:?} after {age} s: {off} of {fast}"
+                );
             }
         }
     }
@@ -425,8 +470,16 @@ mod tests {
         assert!(colours(range, 0.1).iter().all(|c| (10..13).contains(c)));
         assert_eq!(colours(Burst::Teleport, 0.1).len(), 896);
         let mut field = Vec::new();
-        bright_field(at, 1234.5, &mut field);
+        bright_field(3, at, 1234.5, &mut field);
         assert_eq!(field.len(), 162);
+        let mut later = Vec::new();
+        bright_field(3, at, 1234.5 + 1.0 / 128.0, &mut later);
+        for (a, b) in field.iter().zip(&later) {
+            assert_eq!(a.id, b.id);
+            let slope = (b.at - a.at) * 128.0;
+            let mean = (a.velocity + b.velocity) / 2.0;
+            assert!((slope - mean).length() < 0.02, "{slope} {mean}");
+        }
         assert!(
             field
                 .iter()

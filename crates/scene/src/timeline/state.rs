@@ -1,6 +1,7 @@
 //! The state of everything at a moment.
 
 use super::Timeline;
+use super::fog::AskedFog;
 use super::level::{Level, ModelName};
 use super::particle::{self, LONGEST_BURST, Particle, Trail};
 use super::seed::{Digest, Seed};
@@ -73,8 +74,8 @@ pub struct State {
     pub styles: Vec<f32>,
     /// What colours the screen.
     pub tint: Tint,
-    /// Fog that the server asked for: density, red, green, blue.
-    pub fog: Option<[f32; 4]>,
+    /// Fog that the server asked for.
+    pub fog: Option<AskedFog>,
     /// Pictures of the sky that the server asked for, among the level's skies.
     pub sky: Option<u32>,
     /// Who looks.
@@ -139,6 +140,11 @@ pub struct BeamPart {
 }
 
 impl Beam {
+    /// What its part `number` is from one moment to the next, until it crackles.
+    pub(crate) fn part_id(&self, number: usize) -> u64 {
+        self.seed.of(number as u64).0
+    }
+
     /// Distance from one part to the next.
     const PART: f32 = 30.0;
     /// Most parts.
@@ -521,7 +527,7 @@ impl<'a> Shown<'a> {
             .filter(|e| e.effects & effect::BRIGHT_FIELD != 0)
         {
             if out.len() < MOST_PARTICLES {
-                particle::bright_field(entity.origin, self.clock, &mut out);
+                particle::bright_field(entity.number, entity.origin, self.clock, &mut out);
             }
         }
         let bursts = &self.level.bursts;
@@ -596,11 +602,14 @@ impl State {
         }
         d.add(self.particles.len() as u64);
         for p in &self.particles {
+            d.add(p.id);
             d.add_vec(p.at);
+            d.add_vec(p.velocity);
             d.add(u64::from(p.colour));
         }
-        for s in self.styles.iter().chain(self.fog.iter().flatten()) {
-            d.add_f32(*s);
+        let fog = self.fog.iter().flat_map(AskedFog::numbers);
+        for s in self.styles.iter().copied().chain(fog) {
+            d.add_f32(s);
         }
         self.tint.digest(&mut d);
         d.add(self.sky.map_or(u64::MAX, u64::from));

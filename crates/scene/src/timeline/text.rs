@@ -1,5 +1,7 @@
 //! Command lines that servers send: those that change what is seen.
 
+use super::fog::AskedFog;
+
 /// Longest line that is waited for; servers send some in parts.
 const LONGEST: usize = 1 << 16;
 
@@ -10,18 +12,27 @@ pub(super) enum Command {
     Bonus,
     /// The screen's tint outside liquids: red, green, blue, opacity, 0 to 1.
     Shift([f32; 4]),
-    /// Fog's density and colour, and the seconds until it is reached.
-    Fog([f32; 4], f64),
+    /// Fog, and the seconds until it is reached.
+    Fog(AskedFog, f64),
     /// The sky's pictures.
     Sky(String),
 }
 
 /// Puts parts of lines together.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Commands {
     line: Vec<u8>,
-    /// Density and colour of the fog as far as it was set.
-    fog: [f32; 4],
+    /// The fog as far as it was set.
+    pub fog: AskedFog,
+}
+
+impl Default for Commands {
+    fn default() -> Self {
+        Self {
+            line: Vec::new(),
+            fog: AskedFog::LEVEL,
+        }
+    }
 }
 
 impl Commands {
@@ -57,15 +68,16 @@ impl Commands {
                 Some(Command::Shift(shift))
             }
             "fog" => {
-                let [d, r, g, b] = self.fog;
-                let (fog, seconds) = match numbers(words).as_slice() {
-                    [density] => ([*density, r, g, b], 0.0),
-                    [r, g, b] => ([d, *r, *g, *b], 0.0),
-                    [density, r, g, b] => ([*density, *r, *g, *b], 0.0),
-                    [density, r, g, b, seconds, ..] => ([*density, *r, *g, *b], *seconds),
+                let (density, colour, seconds) = match *numbers(words).as_slice() {
+                    [density] => (Some(density), None, 0.0),
+                    [r, g, b] => (None, Some([r, g, b]), 0.0),
+                    [density, r, g, b] => (Some(density), Some([r, g, b]), 0.0),
+                    [density, r, g, b, seconds, ..] => (Some(density), Some([r, g, b]), seconds),
                     _ => return None,
                 };
-                self.fog = fog.map(|x| x.clamp(0.0, 1.0e3));
+                let [r, g, b] = colour.map_or([None; 3], |c| c.map(Some));
+                let values = [density, r, g, b].map(|x| Some(x?.clamp(0.0, 1.0e3)));
+                self.fog = self.fog.with(values);
                 Some(Command::Fog(self.fog, f64::from(seconds)))
             }
             "sky" | "skybox" => {
@@ -93,15 +105,17 @@ mod tests {
         let mut commands = Commands::default();
         assert_eq!(commands.read(b"bf; play mis"), []);
         let found = commands.read(b"c.wav; fog 0.5\nfog 1 0 .5 ;v_cshift 255 0 0 51\n//bf\nsky d");
+        let denser = AskedFog::LEVEL.with([Some(0.5), None, None, None]);
+        assert_eq!(denser.in_level([0.1, 0.2, 0.3, 0.4]), [0.5, 0.2, 0.3, 0.4]);
         let expected = [
             Command::Bonus,
-            Command::Fog([0.5, 0.0, 0.0, 0.0], 0.0),
-            Command::Fog([0.5, 1.0, 0.0, 0.5], 0.0),
+            Command::Fog(denser, 0.0),
+            Command::Fog(AskedFog::of([0.5, 1.0, 0.0, 0.5]), 0.0),
             Command::Shift([1.0, 0.0, 0.0, 0.2]),
         ];
         assert_eq!(found, expected);
         assert_eq!(commands.read(b"ay\n"), [Command::Sky("day".into())]);
-        let fog = Command::Fog([0.1, 0.2, 0.3, 0.4], 2.0);
+        let fog = Command::Fog(AskedFog::of([0.1, 0.2, 0.3, 0.4]), 2.0);
         assert_eq!(commands.read(b"fog .1 .2 .3 .4 2\nreconnect\n"), [fog]);
     }
 }

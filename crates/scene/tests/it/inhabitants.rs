@@ -251,7 +251,7 @@ fn sprites_turn_to_the_camera() {
     let instance = last(&scene);
     assert_eq!(instance.seen_by, SeenBy::CAMERA);
     let mesh = &scene.meshes[instance.mesh];
-    assert_eq!((mesh.triangles.len(), mesh.first_alpha_tested), (2, 0));
+    assert_eq!((mesh.triangles.len(), mesh.first_see_through), (2, 0));
     let material = &scene.materials[mesh.triangles[0].material.0 as usize];
     assert!(material.alpha_tested);
     let [base, emission] =

@@ -77,9 +77,9 @@ fn fences_have_holes_stand_last_and_holes_do_not_emit() {
     assert!(fence.alpha_tested && !fence.two_sided && scene.features.fences);
     let mesh = &scene.meshes[0];
     let tested = |t: &scene::Triangle| scene.materials[t.material.0 as usize].alpha_tested;
-    assert!(mesh.first_alpha_tested < mesh.triangles.len());
-    assert!(!mesh.triangles[..mesh.first_alpha_tested].iter().any(tested));
-    assert!(mesh.triangles[mesh.first_alpha_tested..].iter().all(tested));
+    assert!(mesh.first_see_through < mesh.triangles.len());
+    assert!(!mesh.triangles[..mesh.first_see_through].iter().any(tested));
+    assert!(mesh.triangles[mesh.first_see_through..].iter().all(tested));
     let base = &scene.textures[fence.base.0 as usize];
     assert_eq!(base.rgba[0..8].iter().map(|t| t[3]).max(), Some(0));
     // The colour of a hole is that of a neighbour, not the palette's last.

@@ -324,6 +324,101 @@ fn frames_are_in_the_fog_that_the_server_sets() {
     assert_eq!(stage.at(0.35, &PLAYER_EYE).fog, None);
 }
 
+/// A level with fog of its own, whose server changes fog and sky; messages every 0.1 s.
+#[test]
+fn fog_fades_from_the_level_s_own_and_skies_change() {
+    let mut w = DemoWriter::new(Dialect::QUAKE, -1);
+    w.server_info("title", 1, &MODELS[..1], &[])
+        .set_view(1)
+        .signon(1);
+    w.signon(3).end_block([0.0; 3]);
+    for i in 0..20_u16 {
+        w.frame(10.0 + f32::from(i) / 10.0, &[(1, Entity::default())]);
+        w.client(&Client::default());
+        match i {
+            4 => drop(w.fog(102, [255, 0, 51], 50)),
+            // From where it is then.
+            7 => drop(w.fog(0, [255, 0, 51], 0)),
+            // Colours stay where a command gives none.
+            9 => drop(w.raw(b"\x09fog 0.8\n\0")),
+            12 => drop(w.skybox("night_")),
+            15 => drop(w.skybox("")),
+            _ => {}
+        }
+        w.end_block([0.0; 3]);
+    }
+    let mut warnings = Warnings::new();
+    let bytes = w.finish();
+    let demo = Demo::parse(&bytes, &Limits::default(), &mut warnings).expect("a demo");
+    let timeline = Timeline::new(&demo, &|_| None, &mut warnings);
+    let mut map = room();
+    map.world_key("fog", "0.2 0.6 0.4 0.2");
+    let parts = Parts::of(&timeline, 0);
+    let options = ImportOptions::default();
+    let (scene, cast) = import_cast(
+        &compile(&map),
+        &palette(),
+        &|_| None,
+        &options,
+        parts.list(),
+    )
+    .expect("a stage");
+    let stage = Stage {
+        timeline,
+        scene,
+        cast,
+    };
+    let own = [0.2, 0.6, 0.4, 0.2];
+    let asked = [0.4, 1.0, 0.0, 0.2];
+    // Message i comes into force at (i - 1) / 10 s; the fade takes half a second.
+    let faded =
+        |share: f32| -> [f32; 4] { std::array::from_fn(|i| own[i] + (asked[i] - own[i]) * share) };
+    for (t, expected) in [
+        (0.25, own),
+        (0.3, own),
+        (0.4, faded(0.2)),
+        (0.55, faded(0.5)),
+        (0.7, [0.0; 4]),
+        (0.85, [0.8, 1.0, 0.0, 0.2]),
+    ] {
+        let [density, r, g, b] = expected;
+        let expected = FogKeys::new(density, [r, g, b]).medium();
+        let found = stage.at(t, &PLAYER_EYE).fog;
+        let numbers = |fog: Option<scene::Fog>| {
+            fog.map_or([0.0; 4], |f| {
+                [1000.0 * f.extinction, f.albedo.x, f.albedo.y, f.albedo.z]
+            })
+        };
+        for (a, b) in numbers(found).iter().zip(numbers(expected)) {
+            assert!((a - b).abs() < 1e-4, "{t} s: {found:?}, not {expected:?}");
+        }
+    }
+    let skies = [1.05, 1.15, 1.35, 1.45].map(|t| stage.timeline.sky_at(t));
+    assert_eq!(skies, [None, Some("night_"), Some("night_"), Some("")]);
+}
+
+#[test]
+fn particles_are_known_from_one_frame_to_the_next() {
+    let stage = stage();
+    // They begin at 0.1 s: message 2 comes into force then.
+    let (before, mut now) = (stage.at(0.12, &PLAYER_EYE), stage.at(0.15, &PLAYER_EYE));
+    now.follow(&before);
+    now.check(&stage.scene).expect("a frame");
+    let past = &now.before.as_ref().expect("the frame before").loose;
+    assert!(!past.is_empty() && past.len() == now.loose.positions.len());
+    for (i, was) in past.iter().enumerate() {
+        assert!(before.loose.positions.contains(was), "corner {i} at {was}");
+    }
+    // What was not there would have been where its speed says.
+    now.follow(&stage.at(0.05, &PLAYER_EYE));
+    let past = &now.before.as_ref().expect("the frame before").loose;
+    for ((was, at), drift) in past.iter().zip(&now.loose.positions).zip(&now.drifts) {
+        let way = *at - *was;
+        assert!((way - drift.velocity * 0.1).length() < 1e-3, "{way}");
+        assert!(drift.velocity.z < 0.0, "it falls");
+    }
+}
+
 #[test]
 fn missing_models_are_told_of_and_left_out() {
     let stage = stage();

@@ -210,11 +210,19 @@ fn tga([r, g, b]: [u8; 3]) -> Vec<u8> {
 }
 
 fn with_files(map: &mapc::Map, files: &[(&str, Vec<u8>)]) -> Scene {
+    in_sky(None, map, files)
+}
+
+/// The scene with another sky than the level asks for.
+fn in_sky(skybox: Option<&str>, map: &mapc::Map, files: &[(&str, Vec<u8>)]) -> Scene {
     let files = |path: &str| {
         let found = files.iter().find(|(name, _)| *name == path);
         found.map(|(_, bytes)| bytes.clone())
     };
-    let options = ImportOptions::default();
+    let options = ImportOptions {
+        skybox: skybox.map(str::to_owned),
+        ..ImportOptions::default()
+    };
     scene::import::import(&crate::common::compile(map), &palette(), &files, &options)
         .expect("a scene")
 }
@@ -258,6 +266,13 @@ fn skyboxes_take_the_place_of_the_level_s_sky() {
         .map(|m| m.emission_weight)
         .fold(0.0, f32::max);
     assert!((weight / asked.max(upper) - 1.0).abs() < 1e-3, "{weight}");
+
+    // Another name stands for the level's.
+    let plain = in_sky(Some(""), &map, &files);
+    assert!(matches!(plain.sky.kind, SkyKind::Scrolling { .. }));
+    let plain = open_room("sky1");
+    let named = in_sky(Some("night_"), &plain, &files);
+    assert!(matches!(named.sky.kind, SkyKind::Box(_)));
 
     // A side that is missing, and one that is broken, are black.
     files.remove(4);

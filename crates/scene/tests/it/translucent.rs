@@ -38,7 +38,7 @@ fn liquids_are_as_clear_as_worldspawn_says_and_face_outwards() {
     for mesh in &scene.meshes {
         for (i, t) in mesh.triangles.iter().enumerate() {
             let material = &scene.materials[t.material.0 as usize];
-            assert_eq!(material.is_see_through(), i >= mesh.first_alpha_tested);
+            assert_eq!(material.is_see_through(), i >= mesh.first_see_through);
             if material.name == "*water" {
                 let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize]);
                 // Up, or towards the lava: out of the water. The triangle is wound like its normal.

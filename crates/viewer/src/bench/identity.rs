@@ -203,7 +203,7 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
         name: _,
         positions,
         triangles,
-        first_alpha_tested,
+        first_see_through,
         poses,
         // What they look like is said by the instances that show them.
         skins: _,
@@ -212,8 +212,7 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
     for p in positions.iter().chain(poses.iter().flatten()) {
         h.floats(p.to_array());
     }
-    h.int(*first_alpha_tested as u64)
-        .int(triangles.len() as u64);
+    h.int(*first_see_through as u64).int(triangles.len() as u64);
     for Triangle {
         vertices,
         uv,

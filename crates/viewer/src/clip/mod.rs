@@ -177,6 +177,12 @@ impl Clip<'_> {
         level.context("the demo shows no moment of a level")
     }
 
+    /// The level of a frame, and the name of its skybox if the server asks for one.
+    fn place(&self, frame: u32) -> Result<(usize, Option<&str>)> {
+        let sky = self.timeline().sky_at(self.steps.time(frame));
+        Ok((self.level(frame)?, sky))
+    }
+
     /// Looks whether all levels are there before any is rendered.
     fn check_levels(&self, frames: &Range<u32>) -> Result<()> {
         let levels = self.level(frames.start)?..=self.level(frames.end - 1)?;
@@ -336,8 +342,7 @@ impl Run<'_> {
         let deadline = limit.map(|s| self.clip.context.start + Duration::from_secs_f64(s));
         self.begin = Some(Instant::now());
         for frame in frames {
-            let level = self.clip.level(frame)?;
-            self.enter(level)?;
+            self.enter(self.clip.place(frame)?)?;
             if self.found.contains_key(&frame) {
                 continue;
             }
@@ -362,13 +367,10 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Loads a level unless it is there, and compares frames that were found with it.
-    fn enter(&mut self, level: usize) -> Result<()> {
-        if self
-            .scenery
-            .as_ref()
-            .is_some_and(|s| s.stage.index == level)
-        {
+    /// Loads a level in its sky unless it is there, and compares frames that were found with it.
+    fn enter(&mut self, (level, sky): (usize, Option<&str>)) -> Result<()> {
+        let is_it = |s: &Scenery| (s.stage.index, s.stage.sky.as_deref()) == (level, sky);
+        if self.scenery.as_ref().is_some_and(is_it) {
             return Ok(());
         }
         // One level at a time.
@@ -376,9 +378,9 @@ impl Run<'_> {
         let clip = self.clip;
         let begin = Instant::now();
         let global = &clip.context.global;
-        let stage = Stage::load(clip.timeline(), level, clip.picture(), global)?;
+        let stage = Stage::load(clip.timeline(), level, sky, clip.picture(), global)?;
         for (frame, digest) in self.found {
-            if clip.level(*frame)? == level && *digest != stage.digest {
+            if clip.place(*frame)? == (level, sky) && *digest != stage.digest {
                 let map = &clip.timeline().levels()[level].map;
                 bail!(
                     "--resume: frame {frame} is there, and was made of another {map} or of other models \

@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result};
 use bsp::Level;
 use bsp::bsp::contents;
 use scene::camera::DEFAULT_FOV_DEG;
-use scene::import::Cast;
+use scene::import::{Cast, ImportOptions};
 use scene::playback::{self, Eye, Parts};
 use scene::timeline::{Options, State, Timeline, Unseen};
 use scene::{Camera, CameraPath, Frame, Scene};
@@ -57,6 +57,8 @@ impl Show<'_> {
 pub struct Stage {
     /// Its index in the timeline.
     pub index: usize,
+    /// Name of its skybox, if the server asks for one.
+    pub sky: Option<String>,
     /// What frames are shown of.
     pub scene: Arc<Scene>,
     /// See [`crate::level::Loaded::digest`].
@@ -76,20 +78,25 @@ enum Looking {
 }
 
 impl Stage {
-    /// Loads level `index` of the demo, with all models that it shows.
+    /// Loads level `index` of the demo, with all models that it shows, in the sky of this name.
     ///
     /// # Errors
     /// When the level cannot be loaded, or has no camera as asked for.
     pub fn load(
         timeline: &Timeline,
         index: usize,
+        sky: Option<&str>,
         picture: &PictureArgs,
         global: &Global,
     ) -> Result<Self> {
         let map = &timeline.levels()[index].map;
         let loaded = Source::of_demo(map, global)?.load()?;
         let parts = Parts::of(timeline, index);
-        let (scene, cast) = loaded.import_cast(&picture.import_options()?, parts.list())?;
+        let options = ImportOptions {
+            skybox: sky.map(str::to_owned),
+            ..picture.import_options()?
+        };
+        let (scene, cast) = loaded.import_cast(&options, parts.list())?;
         shot::warn_of_oddities(&scene);
         let view = &picture.view;
         let eye = if let Some(path) = view.path()? {
@@ -104,6 +111,7 @@ impl Stage {
         };
         Ok(Self {
             index,
+            sky: options.skybox,
             scene: Arc::new(scene),
             digest: loaded.digest(),
             cast,
