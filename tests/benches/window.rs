@@ -5,7 +5,8 @@
 //! [--size WxH] [--depth N] [--frames N]` prints a Markdown table: one sample per pixel and frame, while the
 //! eye rests and while it turns, without panels and with those of the picture and of the statistics. Times of
 //! passes are the device's, the median and the 99th of a hundred; `panels` is the processor's for laying
-//! them out; a frame is from one to the next, as fast as they go.
+//! them out; a frame is from one to the next, as fast as they go. Of a level that is a demo (`.dem`) it says how
+//! long a seek takes: from the wish to the first picture of that moment.
 
 use clap::Parser as _;
 use runelight::cli::{Cli, Command};
@@ -109,6 +110,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut session = Session::new(app, args.size, 1.0)?;
         session.until(LIMIT, |app| app.samples() > 0)?;
         session.app.notices.pass(1e3);
+        if session.app.player.is_some() {
+            seeks(&mut session, args.frames.min(60))?;
+            continue;
+        }
         // Whatever a device can do: one sample of every pixel.
         session.app.pace.most_samples = 1;
         for turns in [false, true] {
@@ -172,6 +177,48 @@ fn row(session: &mut Session, frames: u32, [turns, open]: [bool; 2]) -> Result<(
         overlay.text(),
         host.text(),
         frame.text(),
+    );
+    Ok(())
+}
+
+/// Frames until the demo's moment is what is shown.
+fn until_shown(session: &mut Session) -> Result<f64, Box<dyn Error>> {
+    let begin = Instant::now();
+    session.until(LIMIT, |app| app.shows_moment() && app.pace.samples() > 0)?;
+    Ok(1e3 * begin.elapsed().as_secs_f64())
+}
+
+fn seeks(session: &mut Session, count: u32) -> Result<(), Box<dyn Error>> {
+    session.app.panels.hidden = true;
+    let [mut next, mut far, mut states] = [const { Times(Vec::new()) }; 3];
+    let player = |session: &mut Session, time: f64| {
+        let player = session.app.player.as_mut().ok_or("there is no demo")?;
+        player.seek(time);
+        Ok::<f64, Box<dyn Error>>(player.timeline.duration())
+    };
+    let all = player(session, 0.0)?;
+    until_shown(session)?;
+    for i in 0..count {
+        // Over the whole demo without an order (the golden ratio), and from there on as when it plays.
+        let time = all * (f64::from(i + 1) * 0.618_034).fract();
+        player(session, time)?;
+        far.0.push(until_shown(session)?);
+        if let Some(player) = &session.app.player {
+            let begin = Instant::now();
+            std::hint::black_box(player.state());
+            states.0.push(1e3 * begin.elapsed().as_secs_f64());
+        }
+        for step in 1..=3 {
+            player(session, time + f64::from(step) / 60.0)?;
+            next.0.push(until_shown(session)?);
+        }
+    }
+    println!(
+        "| {} | seeks over {all:.1} s: {} ms; the frames after: {} ms; the state alone: {} ms |",
+        session.app.title(),
+        far.text(),
+        next.text(),
+        states.text(),
     );
     Ok(())
 }

@@ -7,6 +7,7 @@ use runelight::output::PartFile;
 use runelight::view::app::App;
 use runelight::view::panels::Panels;
 use runelight::view::session::Session;
+use runelight::view::stage::SAMPLE_DEMO;
 use std::error::Error;
 use std::path::Path;
 use std::time::Duration;
@@ -43,28 +44,54 @@ fn main() -> Result<(), Box<dyn Error>> {
     session.until(LIMIT, |app| app.samples() > 0)?;
     session.app.notices.pass(1e3);
     session.app.panels.percent = 50;
-    let panels: [(&str, Opens); 5] = [
+    let panels: [(&str, Opens); 6] = [
         ("picture", |p| p.render = true),
         ("statistics", |p| p.statistics = true),
         ("places", |p| p.places = true),
+        ("path", |p| p.path = true),
         ("open", |p| p.open = true),
         ("keys", |p| p.keys = true),
     ];
     session.until(LIMIT, App::is_done)?;
-    for (name, open) in panels {
-        session.app.panels = Panels::none();
-        session.app.panels.percent = 50;
-        open(&mut session.app.panels);
-        // A panel finds its size in its first frame, and its place in the second.
-        session.frames(6)?;
+    for index in [1, 0] {
+        session.app.go_to_camera(index);
         session.until(LIMIT, App::is_done)?;
-        session.frames(2)?;
-        let (size, pixels) = session.picture()?;
-        let path = Path::new(&folder).join(format!("{name}.png"));
-        let mut file = PartFile::create(&path)?;
-        runelight::output::write_rgb8(file.file(), pixels.as_flattened(), size[0], size[1])?;
-        file.commit()?;
-        println!("{}", path.display());
+        session.app.add_key();
     }
+    for (name, open) in panels {
+        shoot(&mut session, Path::new(&folder), name, open)?;
+    }
+    session.app.open(Some(SAMPLE_DEMO.into()));
+    session.until(LIMIT, |app| app.player.is_some() && app.is_done())?;
+    if let Some(player) = &mut session.app.player {
+        player.seek(4.0);
+        player.mark(2.5, 5.5);
+    }
+    session.app.notices.pass(1e3);
+    shoot(&mut session, Path::new(&folder), "film", |p| {
+        p.export = true
+    })
+}
+
+/// The window with one panel as a picture.
+fn shoot(
+    session: &mut Session,
+    folder: &Path,
+    name: &str,
+    open: Opens,
+) -> Result<(), Box<dyn Error>> {
+    session.app.panels = Panels::none();
+    session.app.panels.percent = 50;
+    open(&mut session.app.panels);
+    // A panel finds its size in its first frame, and its place in the second.
+    session.frames(6)?;
+    session.until(LIMIT, App::is_done)?;
+    session.frames(2)?;
+    let (size, pixels) = session.picture()?;
+    let path = folder.join(format!("{name}.png"));
+    let mut file = PartFile::create(&path)?;
+    runelight::output::write_rgb8(file.file(), pixels.as_flattened(), size[0], size[1])?;
+    file.commit()?;
+    println!("{}", path.display());
     Ok(())
 }

@@ -12,6 +12,7 @@ mod hygiene;
 mod lighting;
 mod luxels;
 mod parity;
+mod recompile;
 mod reference;
 mod screen;
 mod viewer;

@@ -4,9 +4,12 @@ use clap::Parser as _;
 use egui::{Key, Pos2};
 use runelight::cli::{Cli, Command, EstimatorName, Global, LightingName, Lights, Render};
 use runelight::device::Device;
+use runelight::job::Stopped;
 use runelight::tonemap::Tonemap;
 use runelight::view::app::{App, Wish};
+use runelight::view::look::defaults;
 use runelight::view::session::Session;
+use runelight::view::stage::SAMPLE_DEMO;
 use runelight_tests::levels;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -28,8 +31,13 @@ fn options(args: &[&str]) -> (Global, Render) {
 
 /// A viewer that has opened its level.
 fn session(args: &[&str]) -> Session {
+    opened(args, true)
+}
+
+/// The same with the validation layer or without it.
+pub fn opened(args: &[&str], validation: bool) -> Session {
     let (global, render) = options(args);
-    let device = Device::for_window(&global.device, true).unwrap_or_else(|e| {
+    let device = Device::for_window(&global.device, validation).unwrap_or_else(|e| {
         panic!("{e:#}: `cargo xtask test` installs or names what Vulkan tests need")
     });
     let app = App::new(device, global, render);
@@ -103,16 +111,7 @@ fn a_saved_picture_is_made_again_by_its_command() {
     for file in &saved.files {
         std::fs::remove_file(file).expect("a file to remove");
     }
-    // The only word with blanks stands in quotes, as do numbers with a minus.
-    let mut words = vec![String::new()];
-    let mut inside = false;
-    for c in saved.command.chars() {
-        match c {
-            '\'' => inside = !inside,
-            ' ' if !inside => words.push(String::new()),
-            c => words.last_mut().expect("a word").push(c),
-        }
-    }
+    let mut words = words(&saved.command);
     words.push("--quiet".into());
     let cli = Cli::try_parse_from(&words).unwrap_or_else(|e| panic!("{}: {e}", saved.command));
     runelight::cmd::run(&cli, Instant::now()).expect("a picture");
@@ -244,52 +243,6 @@ fn one_flies_and_changes_every_setting() {
     assert_silent(&session);
 }
 
-/// A level that is compiled again and again, at times badly: the picture stays, and no memory is lost.
-#[test]
-fn a_level_that_is_compiled_anew_is_read_anew_and_leaks_nothing() {
-    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/sample/sample.bsp");
-    let good = std::fs::read(good).expect("the sample level");
-    let name = format!("runelight-reload-{}.bsp", std::process::id());
-    let file = std::env::temp_dir().join(name);
-    std::fs::write(&file, &good).expect("a level");
-    let path = file.display().to_string();
-    let mut session = session(&["--spp", "1", "--depth", "1", "--no-entities", &path]);
-    session.until(LIMIT, App::is_done).expect("a picture");
-    let title = session.app.title();
-    let mut bytes = Vec::new();
-    for round in 0..6 {
-        let broken = round == 3;
-        let now = if broken {
-            &good[..good.len() / 2]
-        } else {
-            &good[..]
-        };
-        // A byte behind the end changes nothing but the length, as a new compilation would.
-        let more = [now, &vec![0; round + 1]].concat();
-        std::fs::write(&file, more).expect("a level");
-        // The file is looked at now and then, and taken when it rests.
-        let loads = |app: &App| !app.is_done();
-        session.until(LIMIT, loads).expect("it is seen");
-        session.until(LIMIT, App::is_done).expect("a picture");
-        let said = session.app.notices.all().iter().any(|n| n.is_error);
-        assert_eq!(
-            said,
-            broken,
-            "round {round}: {:?}",
-            session.app.notices.all()
-        );
-        session.app.notices.pass(1e3);
-        session.frames(2).expect("frames");
-        assert_eq!(session.app.title(), title);
-        bytes.push(session.app.gpu.allocated_bytes());
-    }
-    // Letters that were not shown before may make the texture of the font larger.
-    let grown = bytes[5].saturating_sub(bytes[1]);
-    assert!(grown < 1 << 20, "{bytes:?}");
-    assert_silent(&session);
-    std::fs::remove_file(&file).expect("a file to remove");
-}
-
 /// A demo plays, is sought, and shows the same moment the same way whatever was shown before.
 fn plays_a_demo(session: &mut Session) {
     session.app.panels.hidden = true;
@@ -337,6 +290,155 @@ fn plays_a_demo(session: &mut Session) {
     session.app.open(None);
     session.until(LIMIT, App::is_done).expect("a picture");
     assert!(session.app.player.is_none());
+}
+
+/// Words of a command in which only what stands in quotes has blanks.
+fn words(command: &str) -> Vec<String> {
+    let (mut words, mut inside) = (vec![String::new()], false);
+    for c in command.chars() {
+        match c {
+            '\'' => inside = !inside,
+            ' ' if !inside => words.push(String::new()),
+            c => words.last_mut().expect("a word").push(c),
+        }
+    }
+    words
+}
+
+/// A picture that is dropped on the window is shown as it was made; a camera path is recorded, flown and kept.
+#[test]
+fn a_picture_is_restored_and_a_path_is_flown() {
+    let mut session = session(&["--spp", "2", "--depth", "1", "--no-entities"]);
+    let folder = std::env::temp_dir().join(format!("runelight-restore-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    session.app.folder.clone_from(&folder);
+    session.app.go_to_camera(1);
+    session.app.args.picture.scene.threshold = 0.4;
+    session.app.args.picture.view.fov = Some(70.0);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    let there = (session.app.eye, session.picture().expect("a frame"));
+    session.tap(Key::P).expect("frames");
+    (session.until(LIMIT, |app| app.saved.is_some())).expect("files");
+    session.app.notices.pass(1e3);
+    let saved = session.app.saved.clone().expect("files");
+
+    session.app.go_to_camera(0);
+    session.app.args.picture = defaults().picture;
+    session.app.args.picture.spp = 1;
+    session.until(LIMIT, App::is_done).expect("a picture");
+    session.app.open_file(&saved.files[0]);
+    assert_eq!(session.app.eye, there.0);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert_eq!(session.app.args.picture.scene.threshold, 0.4);
+    session.app.notices.pass(1e3);
+    session.frames(2).expect("frames");
+    assert!(
+        session.picture().expect("a frame") == there.1,
+        "the same picture"
+    );
+    let none = folder.join("none.exr");
+    std::fs::write(&none, "no picture").expect("a file");
+    session.app.open_file(&none);
+    assert!(session.app.notices.all().iter().any(|n| n.is_error));
+    session.app.notices.pass(1e3);
+
+    session.app.add_key();
+    let first = session.app.eye;
+    session.app.go_to_camera(0);
+    session.frame().expect("a frame");
+    session.app.add_key();
+    let file = session.app.path_file();
+    session.app.flight_path.save(&file).expect("a file");
+    session.app.flight_path.clear();
+    session.app.flight_path.load(&file).expect("a path");
+    session.app.fly_path(true);
+    session.frame().expect("a frame");
+    let begun = (session.app.eye.position - first.position).length();
+    session.frames(70).expect("frames");
+    let last = session.app.flight_path.keys()[1].position;
+    assert!(begun < 60.0, "it begins at the first key: {begun}");
+    assert_eq!(session.app.eye.position, last);
+    assert!(!session.app.flight_path.flies, "it ends");
+    // Whoever moves takes over.
+    session.app.fly_path(true);
+    session.key(Key::S, true);
+    session.frames(2).expect("frames");
+    session.key(Key::S, false);
+    assert!(!session.app.flight_path.flies);
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+    assert_silent(&session);
+}
+
+/// The picture is done where it is good enough, or after its time.
+#[test]
+fn a_picture_is_done_when_that_is_asked_for() {
+    let mut session = session(&["--depth", "1", "--no-entities", "--target-error", "10"]);
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert_eq!(session.app.stopped(), Some(Stopped::TargetError));
+    assert_eq!(session.app.samples(), 16, "as `render` looks first");
+    let curve = session.app.convergence.points();
+    let samples: Vec<u32> = curve.iter().map(|p| p.samples).collect();
+    assert_eq!(samples, [2, 3, 5, 8, 12, 16]);
+    assert!(curve.last().is_some_and(|p| p.error <= 10.0));
+    let picture = &mut session.app.args.picture;
+    (picture.target_error, picture.time_limit) = (None, Some(0.1));
+    session.until(LIMIT, App::is_done).expect("a picture");
+    assert_eq!(session.app.stopped(), Some(Stopped::Deadline));
+    assert_silent(&session);
+}
+
+/// The marked part of a demo becomes files beside the window: those that `runelight demo` makes by the
+/// command that is shown. One that is ended leaves no files, and says so.
+#[test]
+fn a_film_of_what_is_marked_is_what_demo_makes() {
+    let mut session = session(&["--spp", "1", "--depth", "2", SAMPLE_DEMO]);
+    let name = format!("runelight-film-{}", std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    session.app.global.device = "cpu".into();
+    let player = session.app.player.as_mut().expect("a demo");
+    assert!(!player.events.is_empty(), "it tells where its level begins");
+    player.seek(1.0);
+    session.tap(Key::I).expect("frames");
+    session.app.player.as_mut().expect("a demo").seek(1.2);
+    session.tap(Key::O).expect("frames");
+    let marked = session.app.player.as_ref().expect("a demo").marked;
+    assert_eq!(marked, Some([1.0, 1.2]));
+    let export = &mut session.app.export;
+    (export.size, export.spp, export.fps) = ([24, 16], 2, "10".into());
+    export.output = folder.join("%03d.png").display().to_string();
+    export.shutter = 0.5;
+    let options = session.app.film_options().expect("options");
+    assert_eq!(session.app.film_frames(&options), 2);
+    session.app.export_film();
+    let command = session.app.export.command().expect("a film").to_owned();
+    let ended = |app: &App| app.export.under_way().is_none();
+    session.until(LIMIT, ended).expect("a film");
+    assert_eq!(
+        session.app.export.told.as_ref().map(Result::is_ok),
+        Some(true)
+    );
+    let made = files(&folder);
+    assert_eq!(made.len(), 2, "{command}");
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+    let mut again = words(&command);
+    again.push("--quiet".into());
+    let cli = Cli::try_parse_from(&again).unwrap_or_else(|e| panic!("{command}: {e}"));
+    runelight::cmd::run(&cli, Instant::now()).expect("a film");
+    assert!(made == files(&folder), "the same files by {command}");
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+
+    // Longer than anybody waits, and ended.
+    session.app.player.as_mut().expect("a demo").marked = None;
+    session.app.export.spp = 1 << 20;
+    session.app.export_film();
+    session.frames(3).expect("frames");
+    session.app.export.cancel();
+    session.until(LIMIT, ended).expect("an end");
+    let told = session.app.export.told.clone();
+    assert!(told.is_some_and(|t| t.is_err_and(|why| why.contains("interrupted"))));
+    assert_eq!(files(&folder), []);
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+    assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
 }
 
 /// A level that can't be read leaves the picture; a good one replaces it; keys reach the window.

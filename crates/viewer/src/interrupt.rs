@@ -9,11 +9,15 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 /// Exit code of a process ended by Ctrl-C, as shells give it.
 const ABORTED: i32 = 130;
 
-/// Installs the handler; once per process.
+/// Installs the handler, unless it is there.
 ///
 /// # Errors
 /// When the system refuses.
 pub fn install() -> Result<()> {
+    static IS_THERE: AtomicBool = AtomicBool::new(false);
+    if IS_THERE.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::Relaxed) {
             remove_unfinished();

@@ -96,7 +96,13 @@ impl Stopped {
 
 /// Samples before an estimated error is believed: the variance of a handful of samples misses
 /// whatever light they have not found yet.
-const MIN_SAMPLES_FOR_ERROR: u32 = 16;
+pub(crate) const MIN_SAMPLES_FOR_ERROR: u32 = 16;
+
+/// The number of samples at which the estimated error is looked at after a look at `done`: looking costs a
+/// read-back, so the numbers grow evenly.
+pub(crate) fn next_check(done: u32) -> u32 {
+    done + (done / 8).max(1)
+}
 
 /// How long a call should take: short enough for Ctrl-C and a lively bar, long enough that the
 /// call itself costs nothing.
@@ -118,7 +124,7 @@ pub fn run(
 ) -> Result<Stopped> {
     let start = Instant::now();
     let mut done = 0;
-    let mut next_check = MIN_SAMPLES_FOR_ERROR;
+    let mut next_look = MIN_SAMPLES_FOR_ERROR;
     loop {
         if interrupted() {
             if done == 0 {
@@ -142,7 +148,7 @@ pub fn run(
             // Never more than twice what was taken so far: the first samples are no measure.
             samples = samples.clamp(1, done).min(goal.spp - done);
             if goal.target_error.is_some() {
-                samples = samples.min(next_check - done);
+                samples = samples.min(next_look - done);
             }
         }
         renderer.accumulate(samples)?;
@@ -153,14 +159,13 @@ pub fn run(
             return Ok(Stopped::Complete);
         }
         if let Some(target) = goal.target_error
-            && done >= next_check
+            && done >= next_look
         {
             if renderer.film()?.estimated_relmse() <= target {
                 progress.finish(done);
                 return Ok(Stopped::TargetError);
             }
-            // Looking costs a read-back: it is done at numbers of samples that grow evenly.
-            next_check = done + (done / 8).max(1);
+            next_look = next_check(done);
         }
         progress.show(done, renderer)?;
     }

@@ -1,14 +1,18 @@
 //! The progress bar: samples, time left, speed, estimated error.
 
+use crate::clip::Reached;
 use crate::job::{AnyRenderer, Goal};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A progress bar on stderr, or nothing where stderr is no terminal.
 #[derive(Debug)]
 pub struct Progress {
     bar: Option<ProgressBar>,
+    /// Who is told besides.
+    told: Option<Arc<Reached>>,
     start: Instant,
     goal: Goal,
     /// Pictures in all.
@@ -53,6 +57,7 @@ impl Progress {
         });
         Self {
             bar: bar.filter(|b| !b.is_hidden()),
+            told: None,
             start: Instant::now(),
             goal: *goal,
             frames,
@@ -62,11 +67,24 @@ impl Progress {
         }
     }
 
+    /// Tells someone else, too.
+    #[must_use]
+    pub fn told_to(mut self, told: Option<Arc<Reached>>) -> Self {
+        self.told = told;
+        self
+    }
+
     /// Shows `done` samples; reads the film for speed and error now and then.
     ///
     /// # Errors
     /// When the device fails.
     pub fn show(&mut self, done: u32, renderer: &mut dyn AnyRenderer) -> Result<()> {
+        let before = u64::from(self.goal.spp) * u64::from(self.frame);
+        let all = u64::from(self.goal.spp) * u64::from(self.frames);
+        let position = before + u64::from(done);
+        if let Some(told) = &self.told {
+            told.tell(position, all);
+        }
         let Some(bar) = &self.bar else {
             return Ok(());
         };
@@ -84,9 +102,6 @@ impl Progress {
             }
             self.looked = Some((Instant::now(), before.elapsed()));
         }
-        let before = u64::from(self.goal.spp) * u64::from(self.frame);
-        let all = u64::from(self.goal.spp) * u64::from(self.frames);
-        let position = before + u64::from(done);
         let left = time_left(&self.goal, [position, all], self.start.elapsed());
         bar.set_position(position);
         let mut message = format!("{} left  {}", clock(left), self.figures);
@@ -106,6 +121,9 @@ impl Progress {
             1 => u64::from(done),
             _ => u64::from(self.goal.spp) * u64::from(self.frame),
         };
+        if let Some(told) = &self.told {
+            told.tell(position, u64::from(self.goal.spp) * u64::from(self.frames));
+        }
         if let Some(bar) = &self.bar {
             bar.set_position(position);
             if self.frame >= self.frames {
@@ -137,7 +155,7 @@ fn time_left(goal: &Goal, [done, all]: [u64; 2], elapsed: Duration) -> Duration 
 }
 
 /// `12s`, `3m05s`, `2h07m`.
-fn clock(time: Duration) -> String {
+pub(crate) fn clock(time: Duration) -> String {
     let s = time.as_secs();
     match s {
         0..60 => format!("{s}s"),

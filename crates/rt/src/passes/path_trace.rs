@@ -78,8 +78,31 @@ impl PathTrace {
         kind: Kind,
         log: Option<RayLog>,
     ) -> Result<Self, Error> {
-        let features = scene.features;
         let specialization = Self::specialization(scene, settings, kind);
+        let textures = scene.textures.len() as u32;
+        // All that `build` depends on: the other features are among the specialization's numbers.
+        let made_for = [&[kind as u32, textures], &specialization.0[..]].concat();
+        let pipeline = RayTracingPipeline::shared(device, made_for, || {
+            Self::build(device, scene, kind, &specialization)
+        })?;
+        let set = DescriptorSet::new(&pipeline, &scene.tlas, scene.textures.clone())?;
+        Ok(Self {
+            pipeline,
+            set,
+            tlas: scene.tlas.clone(),
+            log,
+            has_lens: settings.camera.lens.is_some(),
+            specialization,
+        })
+    }
+
+    fn build(
+        device: &Arc<Device>,
+        scene: &GpuScene,
+        kind: Kind,
+        specialization: &Specialization,
+    ) -> Result<Arc<RayTracingPipeline>, Error> {
+        let features = scene.features;
         let raygen = match kind {
             Kind::PathTrace | Kind::LogRays => spirv!("path_trace.rgen"),
             Kind::TraceOnly => spirv!("trace_only.rgen"),
@@ -108,23 +131,14 @@ impl PathTrace {
             closest_hit: &closest_hit,
             any_hit: any_hits,
         };
-        let pipeline = RayTracingPipeline::new(
+        RayTracingPipeline::new(
             device,
             "path trace",
             &shaders,
-            &specialization,
+            specialization,
             scene.textures.len() as u32,
             size_of::<abi::PathTraceParams>() as u32,
-        )?;
-        let set = DescriptorSet::new(&pipeline, &scene.tlas, scene.textures.clone())?;
-        Ok(Self {
-            pipeline,
-            set,
-            tlas: scene.tlas.clone(),
-            log,
-            has_lens: settings.camera.lens.is_some(),
-            specialization,
-        })
+        )
     }
 
     /// What the shaders are specialized for: a pipeline serves all settings that give the same.

@@ -1,12 +1,14 @@
 //! Physical devices: which can be used and what the others lack. The logical device.
 
+use super::pipeline::RayTracingPipeline;
 use super::submit::Queue;
 use super::{Error, Instance, Named};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::collections::HashMap;
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 
 /// Kinds of device, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,6 +112,8 @@ pub struct Device {
     debug: Option<ext::debug_utils::Device>,
     info: DeviceInfo,
     limits: Limits,
+    /// Pipelines that are in use, by the numbers that say what they were made for.
+    pub(super) pipelines: Mutex<HashMap<Vec<u32>, Weak<RayTracingPipeline>>>,
     instance: Arc<Instance>,
 }
 
@@ -364,6 +368,7 @@ impl Device {
             raw,
             info,
             limits,
+            pipelines: Mutex::default(),
             instance: instance.clone(),
         }))
     }

@@ -2,7 +2,7 @@
 
 use super::{Access, Buffer, Device, Error, Image, Limits, Named, Recording, Tlas, Usage};
 use ash::vk;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, Weak};
 
 /// Values of specialization constants, by constant id.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -165,6 +165,37 @@ const RAY_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
 );
 
 impl RayTracingPipeline {
+    /// The pipeline of a device that was made for the same numbers, while anyone uses it; else makes one.
+    /// A compiler takes its time, and a level that is imported anew asks for the same shaders.
+    ///
+    /// # Errors
+    /// What `make` says.
+    pub fn shared(
+        device: &Arc<Device>,
+        made_for: Vec<u32>,
+        make: impl FnOnce() -> Result<Arc<Self>, Error>,
+    ) -> Result<Arc<Self>, Error> {
+        let known = |made_for| {
+            let mut all = device
+                .pipelines
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            all.retain(|_, pipeline: &mut Weak<Self>| pipeline.strong_count() > 0);
+            all.get(made_for).and_then(Weak::upgrade)
+        };
+        if let Some(pipeline) = known(&made_for) {
+            return Ok(pipeline);
+        }
+        // Not under the lock: two who want the same at once each make one.
+        let pipeline = make()?;
+        let mut all = device
+            .pipelines
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        all.insert(made_for, Arc::downgrade(&pipeline));
+        Ok(pipeline)
+    }
+
     /// Makes a pipeline that can use `textures` images and `push_constants` bytes.
     ///
     /// # Errors

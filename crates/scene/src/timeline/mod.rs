@@ -15,6 +15,7 @@
 //! things rest until 0.1 s before the message.
 
 mod build;
+mod events;
 mod fog;
 mod level;
 mod particle;
@@ -26,6 +27,7 @@ mod track;
 mod trail;
 mod view;
 
+pub use events::{Event, EventKind};
 pub use fog::AskedFog;
 pub use level::{Level, ModelName, Static};
 pub use particle::{Particle, Trail};

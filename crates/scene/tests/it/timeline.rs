@@ -5,7 +5,7 @@ use bsp::dem::{Demo, Message, Summary};
 use bsp::{Limits, Warnings};
 use glam::Vec3;
 use mapc::demo::{Client, DemoWriter, Dialect, Entity};
-use scene::timeline::{LightKind, Options, State, Timeline, Unseen};
+use scene::timeline::{EventKind, LightKind, Options, State, Timeline, Unseen};
 
 /// Reads a demo, with the flags that the game's own models have.
 fn timeline(bytes: &[u8]) -> Timeline {
@@ -414,6 +414,45 @@ fn levels_follow_each_other_and_gaps_are_short() {
     // Nothing at all has no state.
     let empty = timeline(&begin(Dialect::QUAKE).finish());
     assert_eq!(empty.state_at(0.0, &Options::default()), None);
+}
+
+#[test]
+fn what_happens_is_told_in_order() {
+    let mut w = begin(Dialect::QUAKE);
+    for i in 0..8_u16 {
+        w.frame(10.0 + f32::from(i) / 10.0, &[player(0.0)]);
+        let health = if (3..5).contains(&i) { -5 } else { 80 };
+        w.client(&Client {
+            health,
+            ..Client::default()
+        });
+        match i {
+            2 => drop(w.damage(0, 30, [1000.0, 0.0, 46.0])),
+            5 => drop(w.text(9, "bf\n")),
+            7 => drop(w.intermission()),
+            _ => {}
+        }
+        w.end_block([0.0; 3]);
+    }
+    level(&mut w);
+    w.frame(2.0, &[player(7.0)]).client(&Client::default());
+    w.end_block([0.0; 3]);
+    let t = timeline(&w.finish());
+    let told = t.events();
+    let kinds: Vec<EventKind> = told.iter().map(|e| e.kind).collect();
+    let expected = [
+        EventKind::Level(0),
+        EventKind::Hurt,
+        EventKind::Death,
+        EventKind::Pickup,
+        EventKind::Intermission,
+        EventKind::Level(1),
+    ];
+    assert_eq!(kinds, expected, "{told:?}");
+    assert!(told.windows(2).all(|e| e[0].time <= e[1].time));
+    near(told[2].time as f32, 0.3);
+    near(told[4].time as f32, 0.7);
+    assert!(Timeline::default().events().is_empty());
 }
 
 /// Every demo of the test data that is read here.

@@ -15,11 +15,11 @@ pub use compare_light::CompareLight;
 pub use demo::{ClipArgs, Demo, FrameRange, UnseenName};
 pub use export::{Export, ExportFormat};
 pub use render::{ExrType, LayerList, PictureArgs, Render};
-pub(crate) use shared::parse_camera;
 pub use shared::{
     CameraChoice, EstimatorName, LightingName, Lights, SamplerName, SceneArgs, SelectionName,
     SurfaceArgs, ViewArgs,
 };
+pub(crate) use shared::{parse_camera, read_text};
 pub use view::View;
 
 use clap::builder::styling::{AnsiColor, Styles};

@@ -114,7 +114,10 @@ impl ViewArgs {
 }
 
 /// The text of a file that people write.
-fn read_text(path: &Path) -> Result<String> {
+///
+/// # Errors
+/// When it can't be read or is longer than any such file.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
     /// No such file is longer.
     const MAX_BYTES: u64 = 1 << 24;
     let mut text = String::new();

@@ -23,8 +23,7 @@ made again by the command that is then in the clipboard.";
 #[command(mut_arg("output", |arg| arg.hide(true)))]
 #[command(mut_arg("size", |arg| arg.hide(true)))]
 #[command(mut_arg("adaptive", |arg| arg.hide(true)))]
-#[command(mut_arg("time_limit", |arg| arg.hide(true)))]
-#[command(mut_arg("target_error", |arg| arg.hide(true)))]
+#[command(mut_arg("time_limit", |arg| arg.help("Seconds of work after which a picture is done")))]
 pub struct View {
     /// What is shown, and how.
     #[command(flatten)]

@@ -1,16 +1,18 @@
 //! A demo as film: frames at exact times, each of which can be made alone and is the same however it
 //! comes about.
 
+mod audience;
 mod pattern;
 mod ratio;
 mod report;
-mod resume;
+pub(crate) mod resume;
 mod shutter;
 mod stage;
 mod target;
 mod writer;
 pub mod y4m;
 
+pub use audience::{Audience, Reached};
 pub use pattern::Pattern;
 pub use ratio::{Ratio, Steps};
 pub use shutter::Shutter;
@@ -60,6 +62,15 @@ fn frame_seed(seed: u64, frame: u32) -> u64 {
 /// Ctrl-C with what is missing.
 pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     interrupt::install()?;
+    run_for(args, context, &Audience::default())
+}
+
+/// As [`run`], for someone else than a terminal: with an audience that watches nothing is printed, and it
+/// may end the clip as Ctrl-C does.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_for(args: &Args, context: &Context, audience: &Audience) -> Result<Outcome> {
     let targets = Targets::parse(&args.output)?;
     check(args, &targets)?;
     let bytes = demo::read(args.demo.as_deref(), &context.global)?;
@@ -68,6 +79,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     let clip = Clip {
         args,
         context,
+        audience,
         steps: Steps {
             from: args.clip.from.unwrap_or(Ratio::ZERO),
             fps: args.clip.fps,
@@ -130,6 +142,7 @@ fn check(args: &Args, targets: &Targets) -> Result<()> {
 struct Clip<'a> {
     args: &'a Args,
     context: &'a Context,
+    audience: &'a Audience,
     steps: Steps,
     show: Show<'a>,
 }
@@ -213,6 +226,7 @@ impl Clip<'_> {
         let told = Told {
             json: self.context.json,
             to_stderr: targets.take_stdout(),
+            silent: self.audience.watches(),
         };
         let (width, height) = self.picture().view.size;
         let streams = targets.streams().to_vec();
@@ -235,7 +249,7 @@ impl Clip<'_> {
             made,
             found,
             goal,
-            progress: Progress::of_frames(!self.context.global.quiet, &goal, missing),
+            progress: self.progress(&goal, missing),
             scenery: None,
             summary: Summary {
                 asked: frames.len() as u32,
@@ -285,6 +299,16 @@ impl Clip<'_> {
             bail!("interrupted after {done} of {} frames{rest}", summary.asked);
         }
         Ok(Outcome::Done)
+    }
+
+    fn progress(&self, goal: &Goal, missing: u32) -> Progress {
+        let visible = !self.context.global.quiet && !self.audience.watches();
+        Progress::of_frames(visible, goal, missing).told_to(self.audience.reached())
+    }
+
+    /// Whether someone asked to end.
+    fn interrupted(&self) -> bool {
+        interrupt::asked() || self.audience.asks_to_end()
     }
 
     /// A moment at `time` that knows where all was a frame before, if that is asked for and the level was
@@ -346,7 +370,7 @@ impl Run<'_> {
             if self.found.contains_key(&frame) {
                 continue;
             }
-            let stopped = if interrupt::asked() {
+            let stopped = if self.clip.interrupted() {
                 Some(Stopped::Interrupted)
             } else if deadline.is_some_and(|d| Instant::now() >= d) {
                 Some(Stopped::Deadline)
@@ -449,9 +473,10 @@ impl Run<'_> {
         } else {
             &mut **renderer
         };
-        let stopped = match job::run(renderer, &self.goal, &mut self.progress, &interrupt::asked) {
+        let asked = || clip.interrupted();
+        let stopped = match job::run(renderer, &self.goal, &mut self.progress, &asked) {
             Ok(Stopped::Interrupted) => None,
-            Err(_) if interrupt::asked() => None,
+            Err(_) if asked() => None,
             other => Some(other?),
         };
         let Some(stopped) = stopped else {

@@ -54,6 +54,25 @@ impl Ratio {
         (self.num, self.den)
     }
 
+    /// The nearest fraction of whole microseconds to a number; `None` of numbers that [`Self::parse`] does not
+    /// take.
+    #[must_use]
+    pub fn of(number: f64) -> Option<Self> {
+        Self::parse(&format!("{number:.DECIMALS$}"))
+    }
+
+    /// The text that [`Self::parse`] reads: decimals where they say all of it, else a fraction.
+    #[must_use]
+    pub fn to_decimal(self) -> String {
+        let million = 10_u64.pow(DECIMALS as u32);
+        if !million.is_multiple_of(self.den) {
+            return self.to_string();
+        }
+        let (units, rest) = (self.num / self.den, self.num % self.den);
+        let text = format!("{units}.{:0DECIMALS$}", rest * (million / self.den));
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+
     /// The nearest number.
     #[must_use]
     pub fn value(self) -> f64 {
@@ -133,6 +152,24 @@ fn first_not(is: impl Fn(u32) -> bool) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fractions_are_said_as_they_are_read() {
+        for (text, said) in [
+            ("12", "12"),
+            ("0.125", "0.125"),
+            ("2.000001", "2.000001"),
+            ("999999.999999", "999999.999999"),
+            ("30000/1001", "30000/1001"),
+            ("100", "100"),
+        ] {
+            let ratio = Ratio::parse(text).unwrap();
+            assert_eq!(ratio.to_decimal(), said);
+            assert_eq!(Ratio::parse(said), Some(ratio));
+        }
+        assert_eq!(Ratio::of(1.0 / 3.0), Ratio::parse("0.333333"));
+        assert_eq!((Ratio::of(-1.0), Ratio::of(f64::NAN)), (None, None));
+    }
 
     fn ratio(text: &str) -> Ratio {
         Ratio::parse(text).unwrap()

@@ -81,6 +81,8 @@ pub struct Told {
     pub json: bool,
     /// Stdout is taken by a stream.
     pub to_stderr: bool,
+    /// Nowhere: someone watches otherwise.
+    pub silent: bool,
 }
 
 impl Told {
@@ -116,6 +118,9 @@ impl Told {
     /// # Errors
     /// When stdout is closed.
     pub fn line(self, text: &str) -> Result<()> {
+        if self.silent {
+            return Ok(());
+        }
         if self.to_stderr {
             eprintln!("{text}");
             return Ok(());

@@ -131,7 +131,10 @@ fn difference(there: &str, asked: &str) -> String {
 }
 
 /// The notes of a picture, by their names without `runelight:`.
-fn notes(path: &Path, format: Format) -> Result<BTreeMap<String, String>> {
+///
+/// # Errors
+/// When the file can't be read.
+pub(crate) fn notes(path: &Path, format: Format) -> Result<BTreeMap<String, String>> {
     const PREFIX: &str = "runelight:";
     let file = std::io::BufReader::new(std::fs::File::open(path)?);
     let mut notes = BTreeMap::new();

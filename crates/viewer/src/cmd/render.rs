@@ -7,8 +7,10 @@ use crate::device::Device;
 use crate::interrupt;
 use crate::job::{self, Goal, Stopped};
 use crate::level::Source;
-use crate::output::{Format, Outputs};
+use crate::output::{Format, Note, Outputs};
 use crate::progress::Progress;
+use crate::view::look::noted_command;
+use crate::view::save::COMMAND;
 use crate::{Outcome, Usage, escapes, shot};
 use anyhow::Result;
 use scene::Scene;
@@ -62,7 +64,10 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let film = renderer.film()?;
     let rendered = Instant::now();
 
-    let style = picture.style(picture.notes(&scene, &settings, &device, &film));
+    let mut notes = picture.notes(&scene, &settings, &device, &film);
+    let made = noted_command(args, &context.global, &settings, film.samples);
+    notes.push((COMMAND, Note::Text(made)));
+    let style = picture.style(notes);
     let written = outputs.write(&film, &style)?;
     shot::warn_of_bad_samples(&scene, &film);
     let result = Report {

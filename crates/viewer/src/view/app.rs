@@ -6,12 +6,15 @@ mod levels;
 mod saving;
 mod tracing;
 
+use super::convergence::Convergence;
 use super::draw::{self, Textures};
+use super::export::Export;
 use super::fly::{Eye, Flight};
 use super::keys::Bindings;
 use super::notices::Notices;
 use super::pace::Pace;
 use super::panels::{self, Panels};
+use super::path::FlightPath;
 use super::player::Player;
 use super::preferences::Preferences;
 use super::save::Saved;
@@ -113,6 +116,12 @@ pub struct App {
     writing: Option<Receiver<Result<Saved>>>,
     /// The last picture that was saved.
     pub saved: Option<Saved>,
+    /// A film of the demo.
+    pub export: Export,
+    /// A flight that is recorded.
+    pub flight_path: FlightPath,
+    /// How good the picture is.
+    pub convergence: Convergence,
     /// Exposure and curve that the picture was shown with.
     shown_as: Option<(f32, Tonemap)>,
     ctx: egui::Context,
@@ -161,6 +170,9 @@ impl App {
             is_saving: false,
             writing: None,
             saved: None,
+            export: Export::default(),
+            flight_path: FlightPath::default(),
+            convergence: Convergence::default(),
             shown_as: None,
             textures: Textures::default(),
             args,
@@ -186,7 +198,7 @@ impl App {
             && self.is_still()
             && !self.needs_turning()
             && self.considered.as_ref() == Some(&self.args)
-            && self.pace.samples() >= self.args.picture.spp
+            && self.stopped().is_some()
     }
 
     /// The level's name, of what is shown.
@@ -210,6 +222,7 @@ impl App {
         let mut wishes = Vec::new();
         self.receive_level();
         self.receive_picture();
+        self.receive_film();
         let ctx = self.ctx.clone();
         let mut laid_out = Instant::now();
         let full = ctx.run(input.raw, |ctx| {

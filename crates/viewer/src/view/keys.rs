@@ -39,10 +39,14 @@ pub enum Action {
     Earlier,
     /// Some seconds of the demo forward.
     Later,
+    /// The marked part of the demo begins here.
+    MarkBegin,
+    /// The marked part of the demo ends here.
+    MarkEnd,
 }
 
 /// All of them with their names in the settings file, what they do, and their usual keys.
-pub const ACTIONS: [(Action, &str, &str, Key); 17] = [
+pub const ACTIONS: [(Action, &str, &str, Key); 19] = [
     (Action::Forward, "forward", "move forward", Key::W),
     (Action::Back, "back", "move backward", Key::S),
     (Action::Left, "left", "move to the left", Key::A),
@@ -99,6 +103,18 @@ pub const ACTIONS: [(Action, &str, &str, Key); 17] = [
         "later",
         "5 seconds of the demo forward",
         Key::ArrowRight,
+    ),
+    (
+        Action::MarkBegin,
+        "mark_begin",
+        "the marked part of the demo begins here",
+        Key::I,
+    ),
+    (
+        Action::MarkEnd,
+        "mark_end",
+        "the marked part of the demo ends here",
+        Key::O,
     ),
 ];
 

@@ -2,11 +2,14 @@
 //! picture of the window is always one that the command line can make again.
 
 use crate::cli::{
-    CameraChoice, Cli, Command, EstimatorName, Global, LayerList, PictureArgs, Render,
+    CameraChoice, Cli, Command, Demo, EstimatorName, Global, LayerList, PictureArgs, Render,
 };
+use crate::clip::Ratio;
 use crate::output::Layer;
+use anyhow::{Result, anyhow, bail};
 use clap::{Parser as _, ValueEnum};
 use scene::import::FogKeys;
+use scene::render::Settings;
 use std::path::Path;
 
 /// The options of `runelight render` without any argument.
@@ -18,6 +21,18 @@ pub fn defaults() -> Render {
     match Cli::try_parse_from(["runelight", "render"]).map(|cli| cli.command) {
         Ok(Some(Command::Render(args))) => *args,
         other => unreachable!("render has defaults: {other:?}"),
+    }
+}
+
+/// The options of `runelight demo` without any argument.
+///
+/// # Panics
+/// Never: no option is required.
+#[must_use]
+pub fn demo_defaults() -> Demo {
+    match Cli::try_parse_from(["runelight", "demo"]).map(|cli| cli.command) {
+        Ok(Some(Command::Demo(args))) => *args,
+        other => unreachable!("demo has defaults: {other:?}"),
     }
 }
 
@@ -125,117 +140,210 @@ fn fog(keys: &FogKeys) -> String {
 /// the samples, the size and the seed.
 #[must_use]
 pub fn command_line(args: &Render, global: &Global) -> String {
-    let usual = defaults().picture;
-    let picture = &args.picture;
     let mut line = Line::default();
     line.word("runelight");
     line.word("render");
     if let Some(level) = &args.level {
         line.word(level);
     }
-    let path = |p: &Path| p.display().to_string();
-    if let Some(dir) = &global.basedir {
-        line.option("--basedir", path(dir));
-    }
-    global.game.iter().for_each(|g| line.option("--game", g));
-    (global.pak.iter()).for_each(|p| line.option("--pak", path(p)));
+    line.files(global);
     line.option("--device", &global.device);
-    if let Some(camera) = &picture.view.camera {
-        let text = match camera {
-            CameraChoice::Pose(numbers) => numbers.map(|n| n.to_string()).join(" "),
-            CameraChoice::Index(index) => index.to_string(),
-            CameraChoice::Name(name) => name.clone(),
-        };
-        line.option("--camera", text);
-    }
-    let number = |n: &f64| n.to_string();
-    let optional = |n: &Option<f64>| n.map_or(String::new(), |n| n.to_string());
-    if let Some(file) = &picture.view.camera_path {
-        line.option("--camera-path", path(file));
-    }
-    let apertures = [&picture.view.aperture, &usual.view.aperture];
-    line.changed("--aperture", apertures, optional);
-    line.changed(
-        "--focus",
-        [&picture.view.focus, &usual.view.focus],
-        optional,
-    );
-    line.changed("--fov", [&picture.view.fov, &usual.view.fov], optional);
-    line.option(
-        "--size",
-        format!("{}x{}", picture.view.size.0, picture.view.size.1),
-    );
-    line.option("--spp", picture.spp);
-    line.option("--seed", picture.seed);
-    let times = [&picture.time_limit, &usual.time_limit];
-    line.changed("--time-limit", times, optional);
-    let errors = [&picture.target_error, &usual.target_error];
-    line.changed("--target-error", errors, optional);
-    line.switch("--adaptive", picture.adaptive);
-    line.changed("--depth", [&picture.depth, &usual.depth], u32::to_string);
-    line.changed("--estimator", [&picture.estimator, &usual.estimator], name);
-    line.changed("--selection", [&picture.selection, &usual.selection], name);
-    line.changed("--lighting", [&picture.lighting, &usual.lighting], name);
-    let candidates = [&picture.candidates, &usual.candidates];
-    line.changed("--candidates", candidates, u32::to_string);
-    line.changed("--clamp", [&picture.clamp, &usual.clamp], optional);
-    line.changed("--sampler", [&picture.sampler, &usual.sampler], name);
-    let (scene, plain) = (&picture.scene, &usual.scene);
-    line.changed("--at", [&scene.at, &plain.at], number);
-    line.changed("--lights", [&scene.lights, &plain.lights], name);
-    line.changed("--threshold", [&scene.threshold, &plain.threshold], number);
-    let scales = [&scene.emission_scale, &plain.emission_scale];
-    line.changed("--emission-scale", scales, number);
-    let fogs = [&scene.fog, &plain.fog];
-    line.changed("--fog", fogs, |keys| {
-        keys.as_ref().map_or(String::new(), fog)
-    });
-    line.changed("--skyfog", [&scene.skyfog, &plain.skyfog], optional);
-    line.switch("--no-entities", scene.entities.no_entities);
-    let skills = [&scene.entities.skill, &plain.entities.skill];
-    line.changed("--skill", skills, u32::to_string);
-    line.switch("--deathmatch", scene.entities.deathmatch);
-    for file in &scene.surfaces.materials {
-        line.option("--materials", file);
-    }
-    line.switch("--no-textures", scene.surfaces.no_textures);
-    line.switch("--original-models", scene.surfaces.original_models);
-    line.changed("--layers", [&picture.layers, &usual.layers], |list| {
-        let names: Vec<_> = list.0.iter().map(|l| l.name()).collect();
-        names.join(",")
-    });
-    line.changed("--exr-type", [&picture.exr_type, &usual.exr_type], name);
-    line.changed("--exposure", [&picture.exposure, &usual.exposure], number);
-    line.changed("--tonemap", [&picture.tonemap, &usual.tonemap], name);
-    (args.output.iter()).for_each(|o| line.option("-o", path(o)));
+    line.picture(&args.picture);
+    (args.output.iter()).for_each(|o| line.option("-o", o.display()));
     line.0
+}
+
+/// What a picture notes of how it was made: the command that renders it, but for the device, which it notes
+/// by itself, and the files. Whatever told the camera and the samples, they are said as they were.
+#[must_use]
+pub fn noted_command(args: &Render, global: &Global, settings: &Settings, samples: u32) -> String {
+    let mut args = args.clone();
+    let picture = &mut args.picture;
+    (picture.time_limit, picture.target_error) = (None, None);
+    (picture.spp, picture.view.size) = (samples, (settings.width, settings.height));
+    let c = &settings.camera;
+    let [x, y, z] = c.position.to_array();
+    let pose = [x, y, z, c.pitch_deg, c.yaw_deg, c.roll_deg];
+    (picture.view.camera, picture.view.camera_path) = (Some(CameraChoice::Pose(pose)), None);
+    picture.view.fov = Some(c.fov_deg.into());
+    picture.view.aperture = c.lens.map(|l| l.radius.into());
+    picture.view.focus = c.lens.map(|l| l.focus.into());
+    let mut line = Line::default();
+    line.word("runelight");
+    line.word("render");
+    if let Some(level) = &args.level {
+        line.word(level);
+    }
+    line.files(global);
+    line.picture(&args.picture);
+    line.0
+}
+
+/// Reads what [`noted_command`] wrote, as the command line is read.
+///
+/// # Errors
+/// When it is no such command.
+pub fn read_command(line: &str) -> Result<(Global, Render)> {
+    let cli = Cli::try_parse_from(split(line)).map_err(|e| {
+        let text = e.to_string();
+        anyhow!("{}", text.lines().next().unwrap_or_default().to_owned())
+    })?;
+    match cli.command {
+        Some(Command::Render(render)) => {
+            render.picture.check()?;
+            Ok((cli.global, *render))
+        }
+        _ => bail!("it is not the command of a picture"),
+    }
+}
+
+/// Words of a line as shells take it, as far as [`quoted`] goes.
+fn split(line: &str) -> Vec<String> {
+    let (mut words, mut word, mut inside, mut any) = (Vec::new(), String::new(), false, false);
+    let mut chars = line.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\'' => (inside, any) = (!inside, true),
+            '\\' if !inside => word.extend(chars.next()),
+            ' ' if !inside => {
+                words.push(std::mem::take(&mut word));
+                any = false;
+            }
+            c => word.push(c),
+        }
+    }
+    if any || !word.is_empty() {
+        words.push(word);
+    }
+    words
+}
+
+/// The command that makes a film with these options.
+#[must_use]
+pub fn demo_command_line(args: &Demo, global: &Global) -> String {
+    let usual = demo_defaults().clip;
+    let clip = &args.clip;
+    let mut line = Line::default();
+    line.word("runelight");
+    line.word("demo");
+    if let Some(demo) = &args.demo {
+        line.word(demo);
+    }
+    line.files(global);
+    line.option("--device", &global.device);
+    line.changed("--fps", [&clip.fps, &usual.fps], Ratio::to_string);
+    let ratio = |r: &Option<Ratio>| r.map_or(String::new(), Ratio::to_decimal);
+    line.changed("--from", [&clip.from, &usual.from], ratio);
+    line.changed("--to", [&clip.to, &usual.to], ratio);
+    line.changed("--frames", [&clip.frames, &usual.frames], |frames| {
+        frames.map_or(String::new(), |f| {
+            format!(
+                "{}..{}",
+                f.first,
+                f.end.map_or(String::new(), |n| n.to_string())
+            )
+        })
+    });
+    line.changed("--shutter", [&clip.shutter, &usual.shutter], f64::to_string);
+    line.switch("--resume", clip.resume);
+    line.changed("--unseen", [&clip.unseen, &usual.unseen], |unseen| {
+        unseen.as_ref().map_or(String::new(), name)
+    });
+    line.switch("--no-tint", clip.no_tint);
+    line.picture(&args.picture);
+    (args.output.iter()).for_each(|o| line.option("-o", o.display()));
+    line.0
+}
+
+impl Line {
+    /// Where files are looked up.
+    fn files(&mut self, global: &Global) {
+        let path = |p: &Path| p.display().to_string();
+        if let Some(dir) = &global.basedir {
+            self.option("--basedir", path(dir));
+        }
+        global.game.iter().for_each(|g| self.option("--game", g));
+        (global.pak.iter()).for_each(|p| self.option("--pak", path(p)));
+    }
+
+    /// What the picture is.
+    fn picture(&mut self, picture: &PictureArgs) {
+        let (line, usual) = (self, defaults().picture);
+        let path = |p: &Path| p.display().to_string();
+        if let Some(camera) = &picture.view.camera {
+            let text = match camera {
+                CameraChoice::Pose(numbers) => numbers.map(|n| n.to_string()).join(" "),
+                CameraChoice::Index(index) => index.to_string(),
+                CameraChoice::Name(name) => name.clone(),
+            };
+            line.option("--camera", text);
+        }
+        let number = |n: &f64| n.to_string();
+        let optional = |n: &Option<f64>| n.map_or(String::new(), |n| n.to_string());
+        if let Some(file) = &picture.view.camera_path {
+            line.option("--camera-path", path(file));
+        }
+        let apertures = [&picture.view.aperture, &usual.view.aperture];
+        line.changed("--aperture", apertures, optional);
+        line.changed(
+            "--focus",
+            [&picture.view.focus, &usual.view.focus],
+            optional,
+        );
+        line.changed("--fov", [&picture.view.fov, &usual.view.fov], optional);
+        line.option(
+            "--size",
+            format!("{}x{}", picture.view.size.0, picture.view.size.1),
+        );
+        line.option("--spp", picture.spp);
+        line.option("--seed", picture.seed);
+        let times = [&picture.time_limit, &usual.time_limit];
+        line.changed("--time-limit", times, optional);
+        let errors = [&picture.target_error, &usual.target_error];
+        line.changed("--target-error", errors, optional);
+        line.switch("--adaptive", picture.adaptive);
+        line.changed("--depth", [&picture.depth, &usual.depth], u32::to_string);
+        line.changed("--estimator", [&picture.estimator, &usual.estimator], name);
+        line.changed("--selection", [&picture.selection, &usual.selection], name);
+        line.changed("--lighting", [&picture.lighting, &usual.lighting], name);
+        let candidates = [&picture.candidates, &usual.candidates];
+        line.changed("--candidates", candidates, u32::to_string);
+        line.changed("--clamp", [&picture.clamp, &usual.clamp], optional);
+        line.changed("--sampler", [&picture.sampler, &usual.sampler], name);
+        let (scene, plain) = (&picture.scene, &usual.scene);
+        line.changed("--at", [&scene.at, &plain.at], number);
+        line.changed("--lights", [&scene.lights, &plain.lights], name);
+        line.changed("--threshold", [&scene.threshold, &plain.threshold], number);
+        let scales = [&scene.emission_scale, &plain.emission_scale];
+        line.changed("--emission-scale", scales, number);
+        let fogs = [&scene.fog, &plain.fog];
+        line.changed("--fog", fogs, |keys| {
+            keys.as_ref().map_or(String::new(), fog)
+        });
+        line.changed("--skyfog", [&scene.skyfog, &plain.skyfog], optional);
+        line.switch("--no-entities", scene.entities.no_entities);
+        let skills = [&scene.entities.skill, &plain.entities.skill];
+        line.changed("--skill", skills, u32::to_string);
+        line.switch("--deathmatch", scene.entities.deathmatch);
+        for file in &scene.surfaces.materials {
+            line.option("--materials", file);
+        }
+        line.switch("--no-textures", scene.surfaces.no_textures);
+        line.switch("--original-models", scene.surfaces.original_models);
+        line.changed("--layers", [&picture.layers, &usual.layers], |list| {
+            let names: Vec<_> = list.0.iter().map(|l| l.name()).collect();
+            names.join(",")
+        });
+        line.changed("--exr-type", [&picture.exr_type, &usual.exr_type], name);
+        line.changed("--exposure", [&picture.exposure, &usual.exposure], number);
+        line.changed("--tonemap", [&picture.tonemap, &usual.tonemap], name);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory as _;
-
-    /// Words of a line as a shell takes it, as far as [`quoted`] goes.
-    fn split(line: &str) -> Vec<String> {
-        let (mut words, mut word, mut inside, mut any) = (Vec::new(), String::new(), false, false);
-        let mut chars = line.chars();
-        while let Some(c) = chars.next() {
-            match c {
-                '\'' => (inside, any) = (!inside, true),
-                '\\' if !inside => word.extend(chars.next()),
-                ' ' if !inside => {
-                    words.push(std::mem::take(&mut word));
-                    any = false;
-                }
-                c => word.push(c),
-            }
-        }
-        if any || !word.is_empty() {
-            words.push(word);
-        }
-        words
-    }
 
     #[test]
     fn the_command_line_says_all_that_render_was_told() {
@@ -350,6 +458,87 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_command_line_says_all_that_demo_was_told() {
+        for extra in [
+            vec![],
+            vec![
+                "a demo.dem",
+                "--basedir",
+                "/q",
+                "--fps",
+                "30000/1001",
+                "-o",
+                "a/%05d.png",
+            ],
+            vec![
+                "--from",
+                "1.25",
+                "--to",
+                "2.000001",
+                "--shutter",
+                "0.5",
+                "--resume",
+            ],
+            vec!["--frames", "3..9", "--unseen", "brushes", "--no-tint"],
+            vec![
+                "--frames",
+                "3..",
+                "--camera",
+                "-1 2 3 0 0 0",
+                "--spp",
+                "8",
+                "--size",
+                "32x16",
+            ],
+        ] {
+            let words = ["runelight", "demo"].into_iter().chain(extra);
+            let cli = Cli::try_parse_from(words).unwrap();
+            let Some(Command::Demo(args)) = &cli.command else {
+                panic!("{cli:?}");
+            };
+            let line = demo_command_line(args, &cli.global);
+            let again = Cli::try_parse_from(split(&line)).unwrap_or_else(|e| panic!("{line}: {e}"));
+            assert_eq!(format!("{cli:?}"), format!("{again:?}"), "{line}");
+        }
+    }
+
+    #[test]
+    fn what_is_noted_of_a_picture_is_read_again() {
+        let words = "runelight render e1m1 --camera 2 --fov 80 --depth 3 --threshold 0.3 --target-error 0.1";
+        let cli = Cli::try_parse_from(words.split(' ')).unwrap();
+        let Some(Command::Render(args)) = cli.command else {
+            panic!("a picture");
+        };
+        let camera = scene::Camera {
+            name: String::new(),
+            position: glam::Vec3::new(1.0, -2.5, 1e-7),
+            pitch_deg: 10.0,
+            yaw_deg: -90.5,
+            roll_deg: 0.0,
+            fov_deg: 80.0,
+            lens: scene::camera::Lens::new(2.0, 300.0),
+        };
+        let mut settings = args.picture.settings(camera.clone());
+        (settings.width, settings.height) = (31, 17);
+        let line = noted_command(&args, &cli.global, &settings, 40);
+        let (global, read) = read_command(&line).unwrap();
+        assert_eq!(noted_command(&read, &global, &settings, 40), line);
+        assert_eq!((read.picture.spp, read.picture.view.size), (40, (31, 17)));
+        assert_eq!((read.picture.depth, read.picture.scene.threshold), (3, 0.3));
+        assert_eq!(read.picture.target_error, None);
+        assert!(!line.contains("--device"), "{line}");
+        for wrong in [
+            "",
+            "runelight",
+            "runelight render --depth x",
+            "runelight info a",
+            "rm -rf /",
+        ] {
+            assert!(read_command(wrong).is_err(), "{wrong}");
+        }
+    }
+
     /// An option that is new would be lost from the command line without anybody noticing.
     #[test]
     fn every_option_of_render_is_said() {
@@ -359,10 +548,16 @@ mod tests {
             at lights threshold emission_scale fog skyfog no_entities skill deathmatch materials \
             no_textures original_models";
         let known: Vec<&str> = known.split_whitespace().collect();
+        let of_demo = [
+            "demo", "fps", "from", "to", "frames", "shutter", "resume", "unseen", "no_tint",
+        ];
         let cli = Cli::command();
-        let render = cli.find_subcommand("render").unwrap();
-        for arg in render.get_arguments().map(|a| a.get_id().as_str()) {
-            assert!(known.contains(&arg), "--{arg}: say it in `command_line`");
+        for (command, more) in [("render", &[][..]), ("demo", &of_demo)] {
+            let command = cli.find_subcommand(command).unwrap();
+            for arg in command.get_arguments().map(|a| a.get_id().as_str()) {
+                let is_said = known.contains(&arg) || more.contains(&arg);
+                assert!(is_said, "--{arg}: say it in `command_line`");
+            }
         }
     }
 }

@@ -5,15 +5,19 @@
 //! ([`pace`]) and says the picture as a command ([`look`]) is plain arithmetic.
 
 pub mod app;
+pub mod convergence;
 pub mod draw;
+pub mod export;
 pub mod fly;
 pub mod keys;
 pub mod look;
 pub mod notices;
 pub mod pace;
 pub mod panels;
+pub mod path;
 pub mod player;
 pub mod preferences;
+pub mod restore;
 pub mod save;
 pub mod session;
 pub mod stage;

@@ -1,6 +1,6 @@
 //! A demo that is played.
 
-use scene::timeline::{Options, State, Timeline, Unseen};
+use scene::timeline::{Event, Options, State, Timeline, Unseen};
 use std::sync::Arc;
 
 /// A demo, and where it is.
@@ -18,6 +18,10 @@ pub struct Player {
     pub plays: bool,
     /// Whether the eye is the player's.
     pub follows: bool,
+    /// The part that was marked: its first and its last second.
+    pub marked: Option<[f64; 2]>,
+    /// What happens in it.
+    pub events: Arc<[Event]>,
 }
 
 impl Player {
@@ -26,6 +30,8 @@ impl Player {
     pub fn new(demo: String, timeline: Arc<Timeline>, time: f64) -> Self {
         let mut player = Self {
             demo,
+            events: timeline.events().into(),
+            marked: None,
             timeline,
             time: 0.0,
             speed: 1.0,
@@ -39,6 +45,40 @@ impl Player {
     /// Goes to a time, or to the nearest that the demo has.
     pub fn seek(&mut self, time: f64) {
         self.time = time.clamp(0.0, self.timeline.duration());
+    }
+
+    /// Marks the part between two times.
+    pub fn mark(&mut self, from: f64, to: f64) {
+        let [from, to] = [from, to].map(|t| t.clamp(0.0, self.timeline.duration()));
+        self.marked = (from != to).then(|| [from.min(to), from.max(to)]);
+    }
+
+    /// Marks where the part begins, or where it ends. What was marked on its other side is moved along where
+    /// it must.
+    pub fn mark_here(&mut self, begins: bool) {
+        let all = self.timeline.duration();
+        let [from, to] = self.marked.unwrap_or([0.0, all]);
+        if begins {
+            let to = if to > self.time { to } else { all };
+            self.mark(self.time, to);
+        } else {
+            let from = if from < self.time { from } else { 0.0 };
+            self.mark(from, self.time);
+        }
+    }
+
+    /// Goes to what happens next, or before.
+    pub fn go_to_event(&mut self, next: bool) {
+        let (now, events) = (self.time, Arc::clone(&self.events));
+        // Half a frame: where one has just gone to is not gone to again.
+        let found = if next {
+            events.iter().find(|e| e.time > now + 0.01)
+        } else {
+            events.iter().rev().find(|e| e.time < now - 0.01)
+        };
+        if let Some(event) = found {
+            self.seek(event.time);
+        }
     }
 
     /// Time passes. At either end the demo stops.
@@ -62,5 +102,40 @@ impl Player {
             ..Options::default()
         };
         self.timeline.state_at(self.time, &options)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::timeline::EventKind;
+
+    #[test]
+    fn parts_are_marked_and_events_found() {
+        let demo = bsp::dem::Demo::parse(
+            crate::bundled::DEMO,
+            &bsp::Limits::default(),
+            &mut bsp::Warnings::new(),
+        );
+        let none = &|_: &str| None;
+        let timeline = Timeline::new(&demo.unwrap(), none, &mut bsp::Warnings::new());
+        let all = timeline.duration();
+        let mut player = Player::new("a.dem".into(), Arc::new(timeline), 2.0);
+        assert_eq!(player.events[0].kind, EventKind::Level(0));
+        player.mark_here(true);
+        assert_eq!(player.marked, Some([2.0, all]));
+        player.seek(3.0);
+        player.mark_here(false);
+        assert_eq!(player.marked, Some([2.0, 3.0]));
+        // Beyond the end: the rest is marked.
+        player.seek(4.0);
+        player.mark_here(true);
+        assert_eq!(player.marked, Some([4.0, all]));
+        player.mark(5.0, -1.0);
+        assert_eq!(player.marked, Some([0.0, 5.0]));
+        player.mark(1.0, 1.0);
+        assert_eq!(player.marked, None);
+        player.go_to_event(false);
+        assert!(player.time < 4.0);
     }
 }

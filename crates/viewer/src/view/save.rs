@@ -1,14 +1,17 @@
 //! Pictures of the window as files, with the command that makes them again.
 
-use super::look::command_line;
+use super::look::{command_line, noted_command};
 use crate::cli::{CameraChoice, Global, Render};
 use crate::device::Device;
-use crate::output::Outputs;
+use crate::output::{Note, Outputs};
 use anyhow::Result;
 use scene::Scene;
 use scene::render::{Film, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// The note of a picture that holds [`noted_command`].
+pub const COMMAND: &str = "command";
 
 /// A picture that is to be written.
 pub struct Picture {
@@ -71,14 +74,20 @@ pub fn save(mut picture: Picture) -> Result<Saved> {
     } else {
         command_line(args, &picture.global)
     };
-    let (options, device) = (&args.picture, &picture.device);
-    let style = options.style(options.notes(&picture.scene, settings, device, film));
+    let (args, device) = (&picture.args, &picture.device);
+    let options = &args.picture;
+    let mut notes = options.notes(&picture.scene, settings, device, film);
+    if !picture.is_demo {
+        let made = noted_command(args, &picture.global, settings, film.samples);
+        notes.push((COMMAND, Note::Text(made)));
+    }
+    let style = options.style(notes);
     let files = Outputs::open(&args.output)?.write(film, &style)?;
     Ok(Saved { files, command })
 }
 
 /// A level's name as a file's.
-fn file_name(level: &str) -> String {
+pub(super) fn file_name(level: &str) -> String {
     let stem = Path::new(level).file_stem();
     let name = stem.map_or("picture".into(), |s| s.to_string_lossy().into_owned());
     let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);

@@ -60,6 +60,11 @@ impl App {
                     player.seek(player.time + 5.0 * step);
                 }
                 player.plays ^= pressed(Action::Play);
+                for (action, begins) in [(Action::MarkBegin, true), (Action::MarkEnd, false)] {
+                    if pressed(action) {
+                        player.mark_here(begins);
+                    }
+                }
             }
             None => {
                 let written = self.watch.as_mut().is_some_and(|w| w.pass(seconds));
@@ -70,6 +75,8 @@ impl App {
         }
         self.eye = self.eye.turned([look.x, look.y]);
         self.go(&controls, seconds);
+        let taken = moves || look != egui::Vec2::ZERO;
+        self.pass_path(if still { 0.0 } else { seconds }, taken);
 
         if pressed(Action::Walk) {
             self.set_walking(self.walker.is_none());

@@ -90,6 +90,7 @@ impl App {
         self.pace.restart();
         self.pace.forget();
         self.statistics.restart();
+        self.convergence.restart();
     }
 
     /// Opens a file of whatever kind.
@@ -102,10 +103,12 @@ impl App {
                 self.panels.open = true;
                 self.panels.browser = None;
             }
+            "exr" | "png" => self.restore(path),
             other => {
                 let name = path.display();
                 let why = format!(
-                    "{name}: a level ends in .bsp, a demo in .dem, an archive in .pak, not .{other}"
+                    "{name}: a level ends in .bsp, a demo in .dem, an archive in .pak, a picture in .exr or \
+                     .png, not .{other}"
                 );
                 self.notices.error(why);
             }

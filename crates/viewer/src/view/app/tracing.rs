@@ -2,6 +2,8 @@
 
 use super::App;
 use crate::cli::{CameraChoice, Render};
+use crate::job::Stopped;
+use crate::view::convergence::Point;
 use crate::view::fly::Eye;
 use crate::view::pace::{Slice, coarse};
 use crate::view::stage::{Wanted, settings_of};
@@ -10,6 +12,7 @@ use rt::Filter;
 use scene::camera::DEFAULT_FOV_DEG;
 use scene::playback;
 use scene::render::{Renderer as _, Settings};
+use std::time::Instant;
 
 /// After so many seconds without a change the picture is made at its full size.
 const SETTLED: f32 = 0.15;
@@ -129,6 +132,7 @@ impl App {
             }
             self.pace.restart();
             self.statistics.restart();
+            self.convergence.restart();
         } else if busy {
             self.told = Some([now, full]);
             return Ok(false);
@@ -137,7 +141,10 @@ impl App {
         let is_whole = now == full;
         self.told = Some([now, full]);
         // Coarse pictures have one sample; while the eye moves it must be there with the frame.
-        let goal = if is_whole { self.args.picture.spp } else { 1 };
+        let goal = if is_whole { self.look_at_error()? } else { 1 };
+        let Some(stage) = &mut self.stage else {
+            return Ok(false);
+        };
         let whole = self.still_for <= SETTLED && !is_whole || is_whole && self.is_saving;
         let Some(slice) = self.pace.next(size, goal, whole) else {
             return Ok(false);
@@ -160,6 +167,53 @@ impl App {
         self.statistics.traced(self.pace.progress(size[1]), size);
         // The picture is shown when every pixel has a sample.
         Ok(self.pace.samples() > 0)
+    }
+
+    /// Whether the picture under way is of the demo's time, or there is no demo.
+    #[must_use]
+    pub fn shows_moment(&self) -> bool {
+        let Some(player) = &self.player else {
+            return true;
+        };
+        let (Some((time, _)), Some(frame), Some(full)) =
+            (&self.moment, &self.frame, self.settings())
+        else {
+            return false;
+        };
+        *time == player.time && full.time == frame.time && full.camera == frame.camera
+    }
+
+    /// Why the picture gets no more samples, once it does not.
+    #[must_use]
+    pub fn stopped(&self) -> Option<Stopped> {
+        let (samples, seconds) = (self.samples(), self.statistics.seconds());
+        if !self.is_still() || !self.pace.is_even() {
+            return None;
+        }
+        (self.convergence).stopped(&self.args.picture, samples, seconds)
+    }
+
+    /// Estimates the picture's error where it is time to. Samples up to which may be traced now.
+    fn look_at_error(&mut self) -> Result<u32> {
+        let (samples, target) = (self.pace.samples(), self.args.picture.target_error);
+        let rests = self.pace.is_even();
+        if let Some(stage) = &mut self.stage
+            && rests
+            && self.convergence.is_due(samples, target)
+        {
+            let begun = Instant::now();
+            let error = stage.tracer.film()?.estimated_relmse();
+            let point = Point {
+                samples,
+                error,
+                seconds: self.statistics.seconds(),
+            };
+            self.convergence.look(point, begun);
+        }
+        Ok(match self.stopped() {
+            Some(_) => samples,
+            None => (self.args.picture.spp).min(self.convergence.rests_at(target)),
+        })
     }
 
     /// Makes the frame of the demo's time; `false` while its level is not there.

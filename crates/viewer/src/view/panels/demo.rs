@@ -1,7 +1,8 @@
 //! The demo's time.
 
 use super::App;
-use egui::{Context, DragValue, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Color32, Context, DragValue, PointerButton, Rect, Sense, Stroke, Ui, pos2, vec2};
+use scene::timeline::{Event, EventKind, Timeline};
 
 /// Speeds that a demo is played at: slower, and backwards.
 const SPEEDS: std::ops::RangeInclusive<f64> = -8.0..=8.0;
@@ -46,6 +47,32 @@ fn controls(app: &mut App, ui: &mut Ui) {
                 .prefix("x "),
         )
         .on_hover_text("speed; less than 0 plays backwards");
+        for (text, next, hint) in [
+            (
+                "|<",
+                false,
+                "what happened before: a level, death, damage, an item",
+            ),
+            (
+                ">|",
+                true,
+                "what happens next: a level, death, damage, an item",
+            ),
+        ] {
+            if ui.button(text).on_hover_text(hint).clicked() {
+                player.go_to_event(next);
+            }
+        }
+        for (text, begins, hint) in [
+            ("[", true, "the marked part begins here"),
+            ("]", false, "the marked part ends here"),
+        ] {
+            if ui.button(text).on_hover_text(hint).clicked() {
+                player.mark_here(begins);
+            }
+        }
+        ui.toggle_value(&mut app.panels.export, "Film")
+            .on_hover_text("the marked part, or all, as files");
         ui.checkbox(&mut player.follows, "player's eye")
             .on_hover_text("or fly yourself, and see what the player did not");
         let state = player.timeline.level_at(player.time);
@@ -57,31 +84,99 @@ fn controls(app: &mut App, ui: &mut Ui) {
     });
 }
 
-/// The whole demo as a line, with a mark where a level begins.
+/// The whole demo as a line, with marks where something happens. Dragging seeks; with the other button it
+/// marks a part.
 fn line(app: &mut App, ui: &mut Ui) {
     let Some(player) = &mut app.player else {
         return;
     };
-    let size = vec2(ui.available_width(), 18.0);
+    let size = vec2(ui.available_width(), 22.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     let all = player.timeline.duration().max(1e-3);
+    let time = |x: f32| f64::from((x - rect.left()) / rect.width()) * all;
     if let Some(at) = response.interact_pointer_pos() {
-        let share = f64::from((at.x - rect.left()) / rect.width());
-        player.seek(share * all);
+        let other = PointerButton::Secondary;
+        if response.dragged_by(other) {
+            let origin = ui.input(|i| i.pointer.press_origin());
+            let from = origin.map_or(at.x, |o| o.x);
+            player.mark(time(from), time(at.x));
+        } else if response.is_pointer_button_down_on() && !response.secondary_clicked() {
+            player.seek(time(at.x));
+        }
     }
     let (painter, visuals) = (ui.painter_at(rect), ui.visuals());
     painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
     let x = |t: f64| rect.left() + (t / all) as f32 * rect.width();
-    for level in player.timeline.levels() {
-        let (begin, end) = level.span;
-        if begin < end {
-            let mark = [pos2(x(begin), rect.top()), pos2(x(begin), rect.bottom())];
-            painter.line_segment(mark, Stroke::new(1.0, visuals.weak_text_color()));
-        }
+    if let Some([from, to]) = player.marked {
+        let part = Rect::from_x_y_ranges(x(from)..=x(to), rect.y_range());
+        let color = visuals.selection.bg_fill.gamma_multiply(0.45);
+        painter.rect_filled(part, 0.0, color);
+    }
+    for event in player.events.iter() {
+        let (color, share, _) = look(event.kind);
+        let top = rect.bottom() - share * rect.height();
+        let mark = [pos2(x(event.time), top), pos2(x(event.time), rect.bottom())];
+        painter.line_segment(mark, Stroke::new(1.0, color));
     }
     let now = [
         pos2(x(player.time), rect.top()),
         pos2(x(player.time), rect.bottom()),
     ];
-    painter.line_segment(now, Stroke::new(3.0, visuals.selection.bg_fill));
+    painter.line_segment(now, Stroke::new(3.0, visuals.strong_text_color()));
+    if let Some(at) = response.hover_pos() {
+        let near = f64::from(4.0 / rect.width()) * all;
+        let text = told(&player.timeline, &player.events, time(at.x), near);
+        response.on_hover_text_at_pointer(text);
+    }
+}
+
+/// How an event is marked: colour, share of the line's height, name.
+fn look(kind: EventKind) -> (Color32, f32, &'static str) {
+    match kind {
+        EventKind::Level(_) => (Color32::from_gray(220), 1.0, "level"),
+        EventKind::Intermission => (Color32::from_rgb(90, 150, 230), 1.0, "the level is over"),
+        EventKind::Death => (Color32::from_rgb(230, 60, 60), 1.0, "death"),
+        EventKind::Hurt => (Color32::from_rgb(230, 140, 60), 0.4, "damage"),
+        EventKind::Pickup => (Color32::from_rgb(210, 200, 90), 0.25, "an item"),
+    }
+}
+
+/// A time, and what happens near it.
+fn told(timeline: &Timeline, events: &[Event], time: f64, near: f64) -> String {
+    let mut text = format!("{time:.2} s");
+    let mut close: Vec<&Event> = (events.iter())
+        .filter(|e| (e.time - time).abs() <= near)
+        .collect();
+    close.sort_by_key(|e| e.kind);
+    close.dedup_by_key(|e| e.kind);
+    for event in close {
+        let name = match event.kind {
+            EventKind::Level(index) => {
+                let level = timeline.levels().get(index);
+                level.map_or(String::new(), |l| format!("{} begins", l.map))
+            }
+            kind => look(kind).2.to_owned(),
+        };
+        text += &format!("\n{name} at {:.2} s", event.time);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_happens_near_a_time_is_told_once() {
+        let event = |time, kind| Event { time, kind };
+        let events = [
+            event(1.0, EventKind::Hurt),
+            event(1.1, EventKind::Hurt),
+            event(1.1, EventKind::Death),
+            event(3.0, EventKind::Pickup),
+        ];
+        let text = told(&Timeline::default(), &events, 1.05, 0.2);
+        assert_eq!(text, "1.05 s\ndeath at 1.10 s\ndamage at 1.00 s");
+        assert_eq!(told(&Timeline::default(), &events, 2.0, 0.2), "2.00 s");
+    }
 }

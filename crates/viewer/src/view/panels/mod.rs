@@ -1,7 +1,9 @@
 //! What lies over the picture.
 
 mod demo;
+mod export;
 mod open;
+mod path;
 mod places;
 mod render;
 mod statistics;
@@ -9,6 +11,7 @@ mod statistics;
 use super::app::App;
 use super::draw::PICTURE_ID;
 use super::keys::{ACTIONS, Action};
+use crate::job::Stopped;
 use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, RichText, Ui, vec2};
 
 /// Which panels are open, and what is set in them that is no part of the picture.
@@ -26,6 +29,10 @@ pub struct Panels {
     pub open: bool,
     /// What keys do.
     pub keys: bool,
+    /// A film of the demo.
+    pub export: bool,
+    /// A flight that is recorded.
+    pub path: bool,
     /// Size of the picture in percent of the window's.
     pub percent: u32,
     /// Milliseconds of tracing in a frame, at most.
@@ -50,6 +57,8 @@ impl Default for Panels {
             places: false,
             open: false,
             keys: false,
+            export: false,
+            path: false,
             percent: 100,
             budget_ms: BUDGET_MS,
             browser: None,
@@ -100,6 +109,14 @@ pub fn show(app: &mut App, ctx: &Context) {
         .open(&mut open.places)
         .show(ctx, |ui| places::show(app, ui));
     app.panels.places &= open.places;
+    window("Path", Align2::LEFT_CENTER, vec2(8.0, 0.0))
+        .open(&mut open.path)
+        .show(ctx, |ui| path::show(app, ui));
+    app.panels.path &= open.path;
+    window("Film", Align2::RIGHT_BOTTOM, vec2(-8.0, -64.0))
+        .open(&mut open.export)
+        .show(ctx, |ui| export::show(app, ui));
+    app.panels.export &= open.export;
     window("Open", Align2::CENTER_CENTER, vec2(0.0, 0.0))
         .open(&mut open.open)
         .show(ctx, |ui| open::show(app, ui));
@@ -188,6 +205,8 @@ fn bar(app: &mut App, ctx: &Context) {
                 .on_hover_text("levels of the search path; files can also be dropped on the window");
             ui.toggle_value(&mut panels.places, "Places")
                 .on_hover_text("the level's cameras, and typing where to be");
+            ui.toggle_value(&mut panels.path, "Path")
+                .on_hover_text("a flight of the camera: keys, played and kept");
             ui.toggle_value(&mut panels.render, "Picture")
                 .on_hover_text("how the picture is made");
             ui.toggle_value(&mut panels.statistics, "Statistics")
@@ -212,6 +231,13 @@ fn bar(app: &mut App, ctx: &Context) {
             ui.separator();
             let total = app.args.picture.spp;
             ui.label(format!("{} / {total} samples", app.samples()));
+            if let Some(why) = app.stopped() {
+                let why = match why {
+                    Stopped::Complete => "done",
+                    other => other.name(),
+                };
+                ui.strong(why).on_hover_text("why there are no more samples");
+            }
             if let Some(stage) = &app.stage {
                 ui.separator();
                 ui.label(&stage.scene.name);

@@ -169,6 +169,18 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             row(ui, hint, &mut picture.spp, &super::super::SAMPLES, |ui, v| {
                 DragValue::new(v).range(1..=1 << 24).speed(8).ui(ui);
             });
+            let hint = ("Target error", "estimated relMSE below which the picture is done");
+            row(ui, hint, &mut picture.target_error, &usual.target_error, |ui, v| {
+                optional(ui, v, 0.01, |ui, v| {
+                    Slider::new(v, 1e-6..=1.0).logarithmic(true).ui(ui);
+                });
+            });
+            let hint = ("Time limit", "seconds of work after which the picture is done");
+            row(ui, hint, &mut picture.time_limit, &usual.time_limit, |ui, v| {
+                optional(ui, v, 60.0, |ui, v| {
+                    DragValue::new(v).range(0.1..=1e7).suffix(" s").ui(ui);
+                });
+            });
             let hint = ("Samples per frame", "at most; fewer where a frame would take too long");
             row(ui, hint, &mut app.pace.most_samples, &16, |ui, v| {
                 Slider::new(v, 1..=256).logarithmic(true).ui(ui);

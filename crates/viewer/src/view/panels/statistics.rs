@@ -1,6 +1,7 @@
 //! What the picture costs.
 
 use super::App;
+use crate::view::convergence::Point;
 use egui::{Color32, Grid, Sense, Stroke, Ui, vec2};
 
 /// The graph's height stands for so many milliseconds at least.
@@ -58,6 +59,21 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
                 format!("{progress:.2} in {seconds:.1} s"),
             );
         }
+        if let Some(point) = app.convergence.points().last() {
+            let hint =
+                "estimated relMSE of the picture, and by which power of the samples it falls";
+            let slope = app.convergence.slope();
+            let slope = slope.map_or(String::new(), |s| format!(", falls by the power {s:.2}"));
+            let text = format!("{:.2e} at {} samples{slope}", point.error, point.samples);
+            line("Error", hint, text);
+        }
+        if let Some(why) = app.stopped() {
+            line(
+                "Stopped",
+                "why there are no more samples",
+                why.name().into(),
+            );
+        }
         let memory = app.gpu.allocated_bytes() as f64 / f64::from(1 << 20);
         line("Memory", "of the device", format!("{memory:.0} MiB"));
         let info = app.gpu.info();
@@ -88,6 +104,7 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
             line("Features", "that the shaders have", names.join(", "));
         }
     });
+    curve(app, ui);
     if let Some(stage) = &app.stage {
         let warnings = &stage.scene.report.warnings;
         if !warnings.is_empty() {
@@ -99,6 +116,78 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
                         warnings.iter().for_each(|w| _ = ui.label(w));
                     });
             });
+        }
+    }
+}
+
+/// The estimated error over the samples, both by powers of ten, with the target.
+fn curve(app: &App, ui: &mut Ui) {
+    let points = app.convergence.points();
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return;
+    };
+    if points.len() < 2 {
+        return;
+    }
+    let (rect, response) = ui.allocate_exact_size(vec2(300.0, 96.0), Sense::hover());
+    let (painter, visuals) = (ui.painter_at(rect), ui.visuals());
+    painter.rect_filled(rect, 2.0, visuals.extreme_bg_color);
+    let logs = |f: fn(&Point) -> f64| points.iter().map(move |p| f(p).max(1e-12).log10());
+    let target = app.args.picture.target_error.map(|t| t.max(1e-12).log10());
+    let errors = || logs(|p| p.error).chain(target);
+    let low = errors().fold(f64::INFINITY, f64::min).floor();
+    let high = errors()
+        .fold(f64::NEG_INFINITY, f64::max)
+        .ceil()
+        .max(low + 1.0);
+    let [from, to] = [first, last].map(|p| f64::from(p.samples).log10());
+    let x = |log: f64| rect.left() + ((log - from) / (to - from)) as f32 * rect.width();
+    let y = |log: f64| rect.bottom() - ((log - low) / (high - low)) as f32 * rect.height();
+    let faint = Stroke::new(1.0, visuals.weak_text_color().gamma_multiply(0.4));
+    for decade in low as i32..=high as i32 {
+        painter.hline(rect.x_range(), y(decade.into()), faint);
+    }
+    for decade in from.ceil() as i32..=to.floor() as i32 {
+        painter.vline(x(decade.into()), rect.y_range(), faint);
+    }
+    if let Some(target) = target {
+        let stroke = Stroke::new(1.0, visuals.warn_fg_color);
+        painter.hline(rect.x_range(), y(target), stroke);
+    }
+    let line: Vec<_> = (logs(|p| p.samples.into()).zip(logs(|p| p.error)))
+        .map(|(samples, error)| egui::pos2(x(samples), y(error)))
+        .collect();
+    painter.line(line, Stroke::new(2.0, Color32::from_rgb(110, 190, 110)));
+    let font = egui::FontId::proportional(11.0);
+    let color = visuals.text_color();
+    for (at, align, text) in [
+        (
+            rect.left_top(),
+            egui::Align2::LEFT_TOP,
+            format!("relMSE 1e{high}"),
+        ),
+        (
+            rect.left_bottom(),
+            egui::Align2::LEFT_BOTTOM,
+            format!("1e{low}"),
+        ),
+        (
+            rect.right_bottom(),
+            egui::Align2::RIGHT_BOTTOM,
+            format!("{} samples", last.samples),
+        ),
+    ] {
+        painter.text(at, align, text, font.clone(), color);
+    }
+    if let Some(at) = response.hover_pos() {
+        let share = f64::from((at.x - rect.left()) / rect.width());
+        let samples = 10f64.powf(from + share * (to - from));
+        let near = |p: &&Point| (f64::from(p.samples).ln() - samples.ln()).abs();
+        if let Some(point) = points.iter().min_by(|a, b| near(a).total_cmp(&near(b))) {
+            response.on_hover_text_at_pointer(format!(
+                "{:.3e} at {} samples, {:.1} s",
+                point.error, point.samples, point.seconds
+            ));
         }
     }
 }
