@@ -5,6 +5,7 @@ use runelight::cli::{Cli, Command};
 use runelight::device::Device;
 use runelight::output::PartFile;
 use runelight::view::app::App;
+use runelight::view::looking::Shown;
 use runelight::view::panels::Panels;
 use runelight::view::session::Session;
 use runelight::view::stage::SAMPLE_DEMO;
@@ -61,6 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, open) in panels {
         shoot(&mut session, Path::new(&folder), name, open)?;
     }
+    looking(&mut session, Path::new(&folder))?;
     session.app.open(Some(SAMPLE_DEMO.into()));
     session.until(LIMIT, |app| app.player.is_some() && app.is_done())?;
     if let Some(player) = &mut session.app.player {
@@ -71,6 +73,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     shoot(&mut session, Path::new(&folder), "film", |p| {
         p.export = true
     })
+}
+
+/// The panels that look at the picture.
+fn looking(session: &mut Session, folder: &Path) -> Result<(), Box<dyn Error>> {
+    session.app.looking.shown = Shown::Depth;
+    shoot(session, folder, "look", |p| p.looking = true)?;
+    session.app.looking.shown = Shown::Picture;
+    let samples = std::mem::replace(&mut session.app.args.picture.spp, 1);
+    // Samples begin anew with another seed.
+    session.app.args.picture.seed += 1;
+    session.frame()?;
+    session.until(LIMIT, App::is_done)?;
+    session.app.keep("A, 1 sample".into())?;
+    session.app.args.picture.spp = samples;
+    shoot(session, folder, "split", |p| p.looking = true)?;
+    session.app.looking.kept = None;
+    session.app.inspect([0.42, 0.3]);
+    session.until(LIMIT, |app| !app.is_inspecting())?;
+    shoot(session, folder, "inspector", |p| p.inspector = true)?;
+    shoot(session, folder, "entities", |p| {
+        (p.entities, p.entity) = (true, "light".into());
+    })?;
+    session.app.args.picture.scene.styles = vec![(0, 0.5)];
+    shoot(session, folder, "styles", |p| p.styles = true)?;
+    session.app.args.picture.scene.styles.clear();
+    Ok(())
 }
 
 /// The window with one panel as a picture.
@@ -85,7 +113,7 @@ fn shoot(
     open(&mut session.app.panels);
     // A panel finds its size in its first frame, and its place in the second.
     session.frames(6)?;
-    session.until(LIMIT, App::is_done)?;
+    session.until(LIMIT, |app| app.is_done() && !app.looking.is_busy())?;
     session.frames(2)?;
     let (size, pixels) = session.picture()?;
     let path = folder.join(format!("{name}.png"));

@@ -10,6 +10,7 @@ mod golden;
 mod hard;
 mod hygiene;
 mod lighting;
+mod looking;
 mod luxels;
 mod parity;
 mod recompile;

@@ -15,8 +15,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Nothing takes so long, on whatever busy machine.
-const LIMIT: Duration = Duration::from_secs(300);
-const SIZE: [u32; 2] = [120, 80];
+pub(crate) const LIMIT: Duration = Duration::from_secs(300);
+pub(crate) const SIZE: [u32; 2] = [120, 80];
 
 /// The options of `runelight view` with these arguments.
 fn options(args: &[&str]) -> (Global, Render) {
@@ -30,7 +30,7 @@ fn options(args: &[&str]) -> (Global, Render) {
 }
 
 /// A viewer that has opened its level.
-fn session(args: &[&str]) -> Session {
+pub(crate) fn session(args: &[&str]) -> Session {
     opened(args, true)
 }
 
@@ -50,7 +50,7 @@ pub fn opened(args: &[&str], validation: bool) -> Session {
 }
 
 #[track_caller]
-fn assert_silent(session: &Session) {
+pub(crate) fn assert_silent(session: &Session) {
     assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
     let said: Vec<_> = session
         .app

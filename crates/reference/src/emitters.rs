@@ -9,7 +9,7 @@ use scene::emitter::{EmissionMap, Emitter, Emitters, NO_EMITTER, Numbering, Rect
 
 impl World {
     /// Number of the emitter that a point of a surface belongs to.
-    fn emitter_at(&self, point: &SurfacePoint<'_>) -> Option<u32> {
+    pub fn emitter_at(&self, point: &SurfacePoint<'_>) -> Option<u32> {
         let emitters = self.emitters_of(point.place.part)?;
         let source = emitters.sources.get(point.source as usize)?;
         let number = match source.numbering {

@@ -56,6 +56,7 @@ mod moment;
 mod motion;
 mod part;
 mod passage;
+pub mod probe;
 pub mod rays;
 mod rng;
 pub mod shading;

@@ -106,7 +106,7 @@ pub(crate) struct SurfacePoint<'a> {
     /// Its number among the sources of what emits on its part, or `NO_EMITTER`.
     pub source: u32,
     /// Baked light; 1 if the scene has none.
-    baked: DVec3,
+    pub baked: DVec3,
 }
 
 impl SurfacePoint<'_> {

@@ -90,6 +90,8 @@ pub struct Scene {
     /// Brightness of the light styles by number at the scene's moment, which the intensities of the
     /// lights then lack. Empty if they have it.
     pub brightness: Vec<f32>,
+    /// Brightness that light styles have in all frames, whatever a demo says: number and brightness.
+    pub set_styles: Vec<(u16, f32)>,
     /// What sky faces show.
     pub sky: Sky,
     /// Instances that turn to the camera; see [`Scene::turn_sprites`].

@@ -163,11 +163,25 @@ pub fn frame(state: &State, level: &Level, scene: &Scene, cast: &Cast, eye: &Eye
         loose,
         drifts,
         lights,
-        styles: state.styles.iter().map(|s| s.max(0.0)).collect(),
+        styles: styles(state, scene),
         fog: fog(state, scene, cast.fog),
         before: None,
         camera,
     }
+}
+
+/// Brightness of the light styles by number: the demo's, but for those that were set for the scene.
+fn styles(state: &State, scene: &Scene) -> Vec<f32> {
+    let mut styles: Vec<f32> = state.styles.iter().map(|s| s.max(0.0)).collect();
+    for &(number, brightness) in &scene.set_styles {
+        let number = usize::from(number);
+        if styles.len() <= number {
+            // Styles that a demo does not speak of have a brightness of 1.
+            styles.resize(number + 1, 1.0);
+        }
+        styles[number] = brightness;
+    }
+    styles
 }
 
 const MOVING: u64 = 1;

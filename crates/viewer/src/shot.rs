@@ -135,6 +135,7 @@ impl PictureArgs {
                 Note::Float(self.scene.emission_scale as f32),
             ),
             ("styles", Note::Text(styles(film))),
+            ("lightStyles", Note::Text(set_styles(&self.scene.styles))),
             ("fog", Note::Text(fog(scene))),
             (
                 "materials",
@@ -214,6 +215,12 @@ fn fog(scene: &Scene) -> String {
         let [r, g, b] = f.albedo.to_array();
         format!("{} {r} {g} {b}", f.extinction)
     })
+}
+
+/// The light styles whose brightness was set, as `--light-style` takes them.
+fn set_styles(set: &[(u16, f64)]) -> String {
+    let words: Vec<String> = set.iter().map(|(n, b)| format!("{n}={b}")).collect();
+    words.join(" ")
 }
 
 /// The brightness of each light style that has a layer, as `0 1, 10 0.9`.

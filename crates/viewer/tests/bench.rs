@@ -74,6 +74,7 @@ fn bias_of(factor: f32, cache: &Path) -> Bias {
         // The error wanted decides, not the clock.
         reference_seconds: 1e6,
         scene: SceneArgs {
+            styles: Vec::new(),
             fog: None,
             skyfog: None,
             entities: Default::default(),

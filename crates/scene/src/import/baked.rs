@@ -1,10 +1,10 @@
 //! The lightmaps of a level, added up over their styles, for the triangles of its meshes.
 
+use super::lights::Moment;
 use super::notes::Notes;
 use crate::baked::{BakedLight, BakedTriangle};
 use crate::mesh::Mesh;
 use bsp::bsp::{FaceLight, LightSamples, Texinfo};
-use bsp::styles::{Blend, LightStyles};
 use bsp::{Bsp, Limits};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -61,13 +61,12 @@ impl Baked {
         }
     }
 
-    /// Adds the lightmaps of a file at `time`, lit by `samples`. Answers with its number.
+    /// Adds the lightmaps of a file at a moment, lit by `samples`. Answers with its number.
     pub fn add(
         &mut self,
         bsp: &Bsp,
         samples: &LightSamples,
-        styles: &LightStyles,
-        time: f64,
+        moment: &Moment<'_>,
         limits: &Limits,
         notes: &mut Notes,
     ) -> usize {
@@ -103,9 +102,7 @@ impl Baked {
                 });
                 return Grid::of(BLACK);
             };
-            let brightness: Vec<f32> = (map.styles.iter())
-                .map(|&s| styles.brightness(s, time, Blend::Step))
-                .collect();
+            let brightness: Vec<f32> = (map.styles.iter()).map(|&s| moment.now(s)).collect();
             for y in 0..map.height {
                 for x in 0..map.width {
                     let mut sum = [0.0; 3];

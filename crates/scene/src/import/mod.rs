@@ -141,6 +141,9 @@ pub struct ImportOptions {
     /// Whether lists of lights by leaf are made ([`Scene::cells`]): a tenth of a second in large
     /// levels, and wanted only by `Selection::Leaf`.
     pub light_lists: bool,
+    /// Brightness of light styles, whatever the level or a demo says: number and brightness, of which 1
+    /// shows lightmaps as stored. Of several for one style the last counts.
+    pub style_brightness: Vec<(u16, f32)>,
     /// Whether the light of each light style is told apart ([`Scene::styles`]): lights that are dark
     /// at this moment are there, too.
     pub styles_apart: bool,
@@ -182,6 +185,7 @@ impl Default for ImportOptions {
             lighting: Lighting::Physical,
             lights: LightMode::Auto,
             light_lists: true,
+            style_brightness: Vec::new(),
             styles_apart: false,
             frames: false,
             show_episode_gates: false,

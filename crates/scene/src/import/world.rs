@@ -304,12 +304,10 @@ impl<'a> World<'a> {
 
     /// Adds a file's lightmaps, if lightmaps are wanted.
     pub(super) fn lightmaps(&mut self, bsp: &Bsp, samples: &LightSamples) -> usize {
-        let (options, styles) = (self.options, &self.level.styles);
-        let time = f64::from(options.time);
+        let options = self.options;
+        let moment = Moment::of(self.level, options);
         let notes = &mut self.notes;
-        (self.baked.as_mut()).map_or(0, |b| {
-            b.add(bsp, samples, styles, time, &options.limits, notes)
-        })
+        (self.baked.as_mut()).map_or(0, |b| b.add(bsp, samples, &moment, &options.limits, notes))
     }
 
     /// The light entities that shine, with their entities.
@@ -434,6 +432,7 @@ impl<'a> World<'a> {
             sky: self.set.sky,
             cameras: cameras::cameras(bsp, entities),
             brightness,
+            set_styles: self.options.style_brightness.clone(),
             sprites: self.models.sprites,
             report: self.report,
             ..Scene::default()

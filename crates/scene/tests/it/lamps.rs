@@ -346,3 +346,36 @@ fn styles_are_told_apart_where_the_film_is_to_be_relit() {
             .any(|w| w.contains("light styles"))
     );
 }
+
+#[test]
+fn styles_shine_as_bright_as_is_asked_whatever_the_level_says() {
+    let mut map = room();
+    for (style, flags) in [("0", "0"), ("3", "0"), ("32", "1")] {
+        let keys = [
+            ("origin", "128 128 128"),
+            ("style", style),
+            ("spawnflags", flags),
+            ("targetname", "x"),
+        ];
+        map.entity("light", &keys);
+    }
+    let of = |style_brightness: &[(u16, f32)]| {
+        let options = ImportOptions {
+            style_brightness: style_brightness.to_vec(),
+            ..ImportOptions::default()
+        };
+        scene_of(&map, &options)
+    };
+    let intensity = |scene: &scene::Scene, style: u16| {
+        (scene.lights.iter().find(|l| l.style == style)).map_or(0.0, |l| l.intensity.x)
+    };
+    let usual = of(&[]);
+    let steady = intensity(&usual, 0) / STEADY;
+    assert_eq!(intensity(&usual, 32), 0.0, "switched off");
+    // The lamp that is switched off shines when it is asked to; of two for one style the last counts.
+    let set = of(&[(32, 0.5), (3, 9.0), (3, 0.0)]);
+    assert_eq!(intensity(&set, 0), intensity(&usual, 0));
+    assert_eq!(intensity(&set, 3), 0.0);
+    assert!((intensity(&set, 32) / (0.5 * steady) - 1.0).abs() < 1e-6);
+    assert_eq!(set.set_styles, [(32, 0.5), (3, 9.0), (3, 0.0)]);
+}

@@ -96,6 +96,7 @@ pub fn level_hash(scene: &Scene) -> String {
         // Of scenes that frames are shown of, which have no number.
         moving: _,
         brightness: _,
+        set_styles: _,
         bounds_min: _,
         bounds_max: _,
         features: _,
@@ -359,6 +360,11 @@ pub fn settings_hash(settings: &Settings, scene: &SceneArgs) -> String {
     h.int(settings.depth.into()).floats([settings.time]);
     h.text(scene.lights.name());
     h.floats([scene.threshold as f32, scene.emission_scale as f32]);
+    for &(number, brightness) in &scene.styles {
+        h.text("style")
+            .int(number.into())
+            .floats([brightness as f32]);
+    }
     h.finish()
 }
 
@@ -410,6 +416,7 @@ mod tests {
             lights: crate::cli::Lights::Auto,
             threshold: 0.5,
             emission_scale: 4.0,
+            styles: Vec::new(),
             fog: None,
             skyfog: None,
             entities: Default::default(),

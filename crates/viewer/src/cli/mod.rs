@@ -19,7 +19,7 @@ pub use shared::{
     CameraChoice, EstimatorName, LightingName, Lights, SamplerName, SceneArgs, SelectionName,
     SurfaceArgs, ViewArgs,
 };
-pub(crate) use shared::{parse_camera, read_text};
+pub(crate) use shared::{MOST_BRIGHTNESS, parse_camera, read_text};
 pub use view::View;
 
 use clap::builder::styling::{AnsiColor, Styles};

@@ -195,6 +195,10 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X", default_value_t = 4.0, help_heading = "Light")]
     #[arg(value_parser = number(0.0, 1e6))]
     pub emission_scale: f64,
+    /// Brightness of a light style, "NUMBER=BRIGHTNESS", whatever the level or a demo says; 0 is
+    /// dark, 1 shows lightmaps as stored; repeatable
+    #[arg(long = "light-style", value_name = "N=X", help_heading = "Light", value_parser = parse_style)]
+    pub styles: Vec<(u16, f64)>,
     /// Fog in place of the level's: "DENSITY R G B" as in worldspawn's key, the colour 0 to 1 and 0.3
     /// where it is missing, or `off`
     #[arg(long, value_name = "FOG", help_heading = "Light", value_parser = parse_fog)]
@@ -295,6 +299,9 @@ impl SceneArgs {
             inhabitants: !self.entities.no_entities,
             skill: self.entities.skill,
             deathmatch: self.entities.deathmatch,
+            style_brightness: (self.styles.iter())
+                .map(|&(number, brightness)| (number, brightness as f32))
+                .collect(),
             fog: self.fog,
             sky_fog: self.skyfog.map(|share| share as f32),
             ..Default::default()
@@ -487,6 +494,24 @@ pub(super) fn parse_fog(text: &str) -> Result<FogKeys, String> {
              without, as \"0.05 0.4 0.4 0.5\"; or off"
         )),
     }
+}
+
+/// Most light styles that compilers know.
+const MOST_STYLE: u16 = 254;
+/// Brightest that a light style can be made: the letter `z` is 2.15.
+pub(crate) const MOST_BRIGHTNESS: f64 = 1000.0;
+
+pub(super) fn parse_style(text: &str) -> Result<(u16, f64), String> {
+    let wrong = || {
+        format!(
+            "a light style is NUMBER=BRIGHTNESS, 0 to {MOST_STYLE} and 0 to {MOST_BRIGHTNESS}, as 3=0.5"
+        )
+    };
+    let (number, brightness) = text.split_once('=').ok_or_else(wrong)?;
+    let number = number.trim().parse().ok().filter(|n| *n <= MOST_STYLE);
+    let brightness =
+        (brightness.trim().parse().ok()).filter(|b| (0.0..=MOST_BRIGHTNESS).contains(b));
+    number.zip(brightness).ok_or_else(wrong)
 }
 
 /// A parser of finite numbers from `min` to `max`.

@@ -3,6 +3,7 @@
 
 mod hands;
 mod levels;
+mod looking;
 mod saving;
 mod tracing;
 
@@ -10,7 +11,10 @@ use super::convergence::Convergence;
 use super::draw::{self, Textures};
 use super::export::Export;
 use super::fly::{Eye, Flight};
+use super::inspect::{Inspection, Report};
 use super::keys::Bindings;
+use super::looking::Looking;
+use super::looking::survey::Probes;
 use super::notices::Notices;
 use super::pace::Pace;
 use super::panels::{self, Panels};
@@ -30,6 +34,7 @@ use rt::{Gpu, Screen, Shown, ToneCurve};
 use scene::playback;
 use scene::render::Settings;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
@@ -126,6 +131,14 @@ pub struct App {
     shown_as: Option<(f32, Tonemap)>,
     ctx: egui::Context,
     textures: Textures,
+    /// What is looked at.
+    pub looking: Looking,
+    /// Scenes that rays on the processor are sent at.
+    probes: Arc<Probes>,
+    inspection: Option<Inspection>,
+    /// What was found at the pixel that was clicked last, and its textures.
+    pub inspected: Option<Report>,
+    pub(super) inspected_pictures: [Option<egui::TextureHandle>; 2],
 }
 
 impl App {
@@ -175,6 +188,11 @@ impl App {
             convergence: Convergence::default(),
             shown_as: None,
             textures: Textures::default(),
+            looking: Looking::new(),
+            probes: Arc::default(),
+            inspection: None,
+            inspected: None,
+            inspected_pictures: [None, None],
             args,
         };
         app.open(app.args.level.clone());
@@ -223,6 +241,8 @@ impl App {
         self.receive_level();
         self.receive_picture();
         self.receive_film();
+        self.receive_inspection();
+        self.look(input.seconds)?;
         let ctx = self.ctx.clone();
         let mut laid_out = Instant::now();
         let full = ctx.run(input.raw, |ctx| {
@@ -271,7 +291,8 @@ impl App {
         let root = egui::ViewportId::ROOT;
         let asked =
             (full.viewport_output.get(&root)).map_or(1.0, |v| v.repaint_delay.as_secs_f32());
-        let busy = !self.is_done() || !wishes.is_empty();
+        let busy =
+            !self.is_done() || self.looking.is_busy() || self.is_inspecting() || !wishes.is_empty();
         Ok(Output {
             platform: full.platform_output,
             wishes,

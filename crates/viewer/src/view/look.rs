@@ -316,6 +316,9 @@ impl Line {
         line.changed("--threshold", [&scene.threshold, &plain.threshold], number);
         let scales = [&scene.emission_scale, &plain.emission_scale];
         line.changed("--emission-scale", scales, number);
+        for (number, brightness) in &scene.styles {
+            line.option("--light-style", format!("{number}={brightness}"));
+        }
         let fogs = [&scene.fog, &plain.fog];
         line.changed("--fog", fogs, |keys| {
             keys.as_ref().map_or(String::new(), fog)
@@ -445,6 +448,7 @@ mod tests {
                 "--camera-path",
                 "a path.toml",
             ],
+            vec!["--light-style", "3=0.25", "--light-style", "32=0"],
             vec!["--device", "NVIDIA H100", "--camera", "info_intermission"],
         ] {
             let words = ["runelight", "render"].into_iter().chain(extra);
@@ -545,7 +549,7 @@ mod tests {
         let known = "level output layers exr_type exposure tonemap spp time_limit target_error \
             adaptive depth estimator selection lighting candidates clamp sampler seed size camera fov \
             aperture focus camera_path \
-            at lights threshold emission_scale fog skyfog no_entities skill deathmatch materials \
+            at lights threshold emission_scale styles fog skyfog no_entities skill deathmatch materials \
             no_textures original_models";
         let known: Vec<&str> = known.split_whitespace().collect();
         let of_demo = [

@@ -7,10 +7,13 @@
 pub mod app;
 pub mod convergence;
 pub mod draw;
+pub mod entities;
 pub mod export;
 pub mod fly;
+pub mod inspect;
 pub mod keys;
 pub mod look;
+pub mod looking;
 pub mod notices;
 pub mod pace;
 pub mod panels;

@@ -23,7 +23,7 @@ pub struct Preferences {
     pub folder: PathBuf,
     /// Milliseconds of tracing in a frame.
     pub budget_ms: Option<f64>,
-    /// Panels that are open: `picture`, `statistics`, `places`.
+    /// Panels that are open: `picture`, `look`, `inspector`, `entities`, `styles`, `statistics`, `places`.
     pub panels: Option<Vec<String>>,
     /// Other keys than the usual: from an action (`save`) to a key (`F12`).
     pub keys: BTreeMap<String, String>,
@@ -145,6 +145,10 @@ impl App {
         if let Some(open) = &preferences.panels {
             let is_open = |name: &str| open.iter().any(|o| o == name);
             self.panels.render = is_open("picture");
+            self.panels.looking = is_open("look");
+            self.panels.inspector = is_open("inspector");
+            self.panels.entities = is_open("entities");
+            self.panels.styles = is_open("styles");
             self.panels.statistics = is_open("statistics");
             self.panels.places = is_open("places");
         }
@@ -157,6 +161,10 @@ impl App {
     pub fn preferences(&self) -> Preferences {
         let panels = [
             ("picture", self.panels.render),
+            ("look", self.panels.looking),
+            ("inspector", self.panels.inspector),
+            ("entities", self.panels.entities),
+            ("styles", self.panels.styles),
             ("statistics", self.panels.statistics),
             ("places", self.panels.places),
         ];

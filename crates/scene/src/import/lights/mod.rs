@@ -70,7 +70,7 @@ pub fn spheres(
     let world = WorldKeys::of(level.entities.first());
     let bsp = is_shallow.then_some(&level.bsp);
     (keys(level, notes).into_iter())
-        .filter(|k| !k.starts_off || moment.is_apart(k.style))
+        .filter(|k| !k.starts_off || moment.is_apart(k.style) || moment.is_set(k.style))
         .filter_map(|k| {
             let mut light = physical::sphere(&k, &world, bsp, notes)?;
             light.intensity *= moment.brightness(k.style);

@@ -9,6 +9,8 @@ use bsp::styles::{Blend, LightStyles};
 /// A moment of a level's time.
 pub struct Moment<'a> {
     styles: &'a LightStyles,
+    /// Brightnesses that were asked for, whatever the level says.
+    set: &'a [(u16, f32)],
     time: f64,
     apart: bool,
     frames: bool,
@@ -16,9 +18,10 @@ pub struct Moment<'a> {
 
 impl<'a> Moment<'a> {
     /// The moment of an import.
-    pub fn of(level: &'a Level, options: &ImportOptions) -> Self {
+    pub fn of(level: &'a Level, options: &'a ImportOptions) -> Self {
         Self {
             styles: &level.styles,
+            set: &options.style_brightness,
             time: f64::from(options.time),
             apart: options.styles_apart,
             frames: options.frames,
@@ -29,6 +32,11 @@ impl<'a> Moment<'a> {
     /// say how bright they are.
     pub fn is_apart(&self, style: u16) -> bool {
         self.apart && style != 0 || self.frames
+    }
+
+    /// Whether a brightness of the style was asked for.
+    pub fn is_set(&self, style: u16) -> bool {
+        self.set.iter().any(|&(s, _)| s == style)
     }
 
     /// What lights of a style are multiplied with.
@@ -53,8 +61,13 @@ impl<'a> Moment<'a> {
         (0..count).map(|style| self.now(style)).collect()
     }
 
-    fn now(&self, style: u16) -> f32 {
-        self.styles.brightness(style, self.time, Blend::Step)
+    /// Brightness of a style at the moment: the one asked for, or the level's.
+    pub fn now(&self, style: u16) -> f32 {
+        let set = self.set.iter().rev().find(|&&(s, _)| s == style);
+        set.map_or_else(
+            || self.styles.brightness(style, self.time, Blend::Step),
+            |&(_, brightness)| brightness,
+        )
     }
 
     /// The styles of `lights` that a film tells apart, the steady one first; empty if it does not.

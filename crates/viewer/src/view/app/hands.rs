@@ -22,7 +22,7 @@ impl App {
         };
         let over_panel = ctx.wants_pointer_input() || ctx.is_pointer_over_area();
         let (look, wheel) = ctx.input(|i| {
-            let drag = if over_panel || !i.pointer.any_down() {
+            let drag = if over_panel || !i.pointer.any_down() || i.modifiers.command {
                 egui::Vec2::ZERO
             } else {
                 i.pointer.delta()
@@ -41,6 +41,10 @@ impl App {
                 },
             )
         });
+        if !over_panel {
+            self.zoom(ctx);
+            self.click(ctx);
+        }
         if wheel != 0.0 {
             self.flight.turn_wheel(wheel);
         }
@@ -181,5 +185,32 @@ impl App {
             return;
         }
         self.flight.fly(&mut self.eye, controls, seconds);
+    }
+
+    /// Goes nearer to the picture, or moves it, without moving the eye.
+    fn zoom(&mut self, ctx: &egui::Context) {
+        let window = ctx.viewport_rect();
+        ctx.input(|i| {
+            let factor = i.zoom_delta();
+            if factor != 1.0
+                && let Some(at) = i.pointer.latest_pos()
+            {
+                let share = (at - window.min) / window.size();
+                self.looking.zoom.approach(factor, share);
+            }
+            if i.modifiers.command && i.pointer.any_down() {
+                self.looking.zoom.shift(i.pointer.delta() / window.size());
+            }
+        });
+    }
+
+    /// A click on the picture asks what is there, where the panel for that is open.
+    fn click(&mut self, ctx: &egui::Context) {
+        let shows = self.panels.inspector && !self.panels.hidden;
+        let clicked = shows && ctx.input(|i| i.pointer.primary_clicked() && !i.modifiers.command);
+        if let Some(at) = ctx.pointer_interact_pos().filter(|_| clicked) {
+            let on = self.looking.zoom.at(at, ctx.viewport_rect());
+            self.inspect([f64::from(on.x), f64::from(on.y)]);
+        }
     }
 }

@@ -91,6 +91,8 @@ impl App {
         self.pace.forget();
         self.statistics.restart();
         self.convergence.restart();
+        self.looking.restart();
+        (self.inspection, self.inspected) = (None, None);
     }
 
     /// Opens a file of whatever kind.

@@ -1,15 +1,20 @@
 //! What lies over the picture.
 
 mod demo;
+mod entities;
 mod export;
+mod inspector;
+mod looking;
 mod open;
 mod path;
 mod places;
 mod render;
 mod statistics;
+mod styles;
 
 use super::app::App;
 use super::draw::PICTURE_ID;
+use super::inspect::Report;
 use super::keys::{ACTIONS, Action};
 use crate::job::Stopped;
 use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, RichText, Ui, vec2};
@@ -21,6 +26,14 @@ pub struct Panels {
     pub hidden: bool,
     /// How the picture is made.
     pub render: bool,
+    /// What is shown instead of it.
+    pub looking: bool,
+    /// What is at a pixel.
+    pub inspector: bool,
+    /// The entities of the level.
+    pub entities: bool,
+    /// Its light styles.
+    pub styles: bool,
     /// What it costs.
     pub statistics: bool,
     /// Where to go.
@@ -43,6 +56,8 @@ pub struct Panels {
     filter: String,
     /// What is typed as a place.
     viewpos: String,
+    /// What is looked for among the entities.
+    pub entity: String,
 }
 
 /// Milliseconds of tracing in a frame: with the display at 60 frames a second something is left.
@@ -53,6 +68,10 @@ impl Default for Panels {
         Self {
             hidden: false,
             render: true,
+            looking: false,
+            inspector: false,
+            entities: false,
+            styles: false,
             statistics: false,
             places: false,
             open: false,
@@ -64,6 +83,7 @@ impl Default for Panels {
             browser: None,
             filter: String::new(),
             viewpos: String::new(),
+            entity: String::new(),
         }
     }
 }
@@ -105,6 +125,23 @@ pub fn show(app: &mut App, ctx: &Context) {
         .open(&mut open.statistics)
         .show(ctx, |ui| statistics::show(app, ui));
     app.panels.statistics &= open.statistics;
+    window("Look", Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0))
+        .open(&mut open.looking)
+        .show(ctx, |ui| looking::show(app, ui));
+    app.panels.looking &= open.looking;
+    window("Inspector", left, vec2(8.0, 36.0))
+        .open(&mut open.inspector)
+        .vscroll(true)
+        .show(ctx, |ui| inspector::show(app, ui));
+    app.panels.inspector &= open.inspector;
+    window("Entities", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
+        .open(&mut open.entities)
+        .show(ctx, |ui| entities::show(app, ui));
+    app.panels.entities &= open.entities;
+    window("Light styles", Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0))
+        .open(&mut open.styles)
+        .show(ctx, |ui| styles::show(app, ui));
+    app.panels.styles &= open.styles;
     window("Places", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
         .open(&mut open.places)
         .show(ctx, |ui| places::show(app, ui));
@@ -128,14 +165,37 @@ pub fn show(app: &mut App, ctx: &Context) {
 }
 
 /// The traced picture, all over the window.
-fn picture(app: &App, ctx: &Context) {
+fn picture(app: &mut App, ctx: &Context) {
     let (screen, painter) = (
         ctx.viewport_rect(),
         ctx.layer_painter(LayerId::background()),
     );
     if app.settings().is_some() {
-        let all = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        painter.image(PICTURE_ID, screen, all, Color32::WHITE);
+        let part = app.looking.zoom.part();
+        let [now, then] = app.looking.plates();
+        // Layers are of the eye at rest.
+        let now = now.filter(|_| app.is_still());
+        let texture = now.map_or(PICTURE_ID, |plate| plate.texture.id());
+        let then = then.map(|plate| plate.texture.id());
+        painter.image(texture, screen, part, Color32::WHITE);
+        if let Some(then) = then {
+            let x = split(app, ctx, screen);
+            let left = Rect::from_min_max(screen.min, Pos2::new(x, screen.bottom()));
+            (painter.with_clip_rect(left)).image(then, screen, part, Color32::WHITE);
+            let line = [Pos2::new(x, screen.top()), left.right_bottom()];
+            painter.line_segment(line, egui::Stroke::new(3.0, Color32::from_black_alpha(160)));
+        }
+    }
+    let is_seen = |report: &&Report| {
+        let told = app.settings().map(|s| &s.camera);
+        app.panels.inspector && !app.panels.hidden && told == Some(&report.camera)
+    };
+    if let Some(report) = app.inspected.as_ref().filter(is_seen) {
+        let [x, y] = report.at.map(|share| share as f32);
+        let at = app.looking.zoom.place(Pos2::new(x, y), screen);
+        for (radius, color) in [(6.0, Color32::BLACK), (5.0, Color32::WHITE)] {
+            painter.circle_stroke(at, radius, egui::Stroke::new(1.5, color));
+        }
     }
     if !ctx.input(|i| i.raw.hovered_files.is_empty()) {
         painter.rect_filled(screen, 0.0, Color32::from_black_alpha(160));
@@ -149,6 +209,34 @@ fn picture(app: &App, ctx: &Context) {
             Color32::WHITE,
         );
     }
+}
+
+/// Moves the border between what was kept, on its left, and what is now, and says where it is.
+fn split(app: &mut App, ctx: &Context, screen: Rect) -> f32 {
+    /// Half the width of what can be dragged, in points.
+    const GRIP: f32 = 6.0;
+    let x = screen.left() + app.looking.split * screen.width();
+    let grip = vec2(2.0 * GRIP, 48.0);
+    let place = Pos2::new(x - GRIP, screen.center().y - grip.y / 2.0);
+    egui::Area::new("split".into())
+        .order(egui::Order::Middle)
+        .fixed_pos(place)
+        .constrain(false)
+        .show(ctx, |ui| {
+            let (rect, response) = ui.allocate_exact_size(grip, egui::Sense::drag());
+            let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+            let moved = response.drag_delta().x / screen.width().max(1.0);
+            app.looking.split = (app.looking.split + moved).clamp(0.0, 1.0);
+            let visuals = ui.style().interact(&response);
+            ui.painter().rect(
+                rect,
+                4.0,
+                visuals.bg_fill,
+                visuals.fg_stroke,
+                egui::StrokeKind::Inside,
+            );
+        });
+    x
 }
 
 /// What is loaded, what was said.
@@ -209,6 +297,14 @@ fn bar(app: &mut App, ctx: &Context) {
                 .on_hover_text("a flight of the camera: keys, played and kept");
             ui.toggle_value(&mut panels.render, "Picture")
                 .on_hover_text("how the picture is made");
+            ui.toggle_value(&mut panels.looking, "Look")
+                .on_hover_text("layers, zoom, pixel values, comparison with another picture");
+            ui.toggle_value(&mut panels.inspector, "Inspector")
+                .on_hover_text("click on the picture: what is there, and where its light comes from");
+            ui.toggle_value(&mut panels.entities, "Entities")
+                .on_hover_text("the entities of the level; a click goes there");
+            ui.toggle_value(&mut panels.styles, "Styles")
+                .on_hover_text("light styles: how bright each one is");
             ui.toggle_value(&mut panels.statistics, "Statistics")
                 .on_hover_text("what the picture costs");
             ui.toggle_value(&mut panels.keys, "Keys").on_hover_text("what keys do");
@@ -256,6 +352,9 @@ fn keys(app: &App, ui: &mut Ui) {
         for (key, what) in [
             ("Shift", "hurry"),
             ("Mouse wheel", "fly faster or slower"),
+            ("Click", "inspect, while that panel is open"),
+            ("Ctrl+wheel", "go nearer to the picture"),
+            ("Ctrl+drag", "move it then"),
             ("Drag", "look around"),
             ("Escape", "let go of the mouse"),
             ("Ctrl+Q", "end"),
