@@ -1,4 +1,4 @@
-//! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE]`.
+//! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE [SAMPLES]]`.
 
 use clap::Parser as _;
 use runelight::cli::{Cli, Command};
@@ -25,11 +25,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let folder = args.next().ok_or("where to?")?;
     let device = args.next().unwrap_or_else(|| "auto".into());
+    let samples = args.next().unwrap_or_else(|| SAMPLES.into());
     let words = [
         "runelight",
         "view",
         "--spp",
-        SAMPLES,
+        &samples,
         "--exposure",
         "1.5",
         "--device",
@@ -42,9 +43,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let opened = Device::for_window(&cli.global.device, false)?;
     let app = App::new(opened, cli.global, view.render);
     let mut session = Session::new(app, SIZE, 1.0)?;
+    session.app.panels.percent = 50;
     session.until(LIMIT, |app| app.samples() > 0)?;
     session.app.notices.pass(1e3);
-    session.app.panels.percent = 50;
     let panels: [(&str, Opens); 6] = [
         ("picture", |p| p.render = true),
         ("statistics", |p| p.statistics = true),
@@ -78,6 +79,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The panels that look at the picture.
 fn looking(session: &mut Session, folder: &Path) -> Result<(), Box<dyn Error>> {
     session.app.looking.shown = Shown::Depth;
+    // Over the pillar, so that the panel has values to show.
+    session.event(egui::Event::PointerMoved(egui::pos2(285.0, 200.0)));
     shoot(session, folder, "look", |p| p.looking = true)?;
     session.app.looking.shown = Shown::Picture;
     let samples = std::mem::replace(&mut session.app.args.picture.spp, 1);
@@ -89,7 +92,8 @@ fn looking(session: &mut Session, folder: &Path) -> Result<(), Box<dyn Error>> {
     session.app.args.picture.spp = samples;
     shoot(session, folder, "split", |p| p.looking = true)?;
     session.app.looking.kept = None;
-    session.app.inspect([0.42, 0.3]);
+    session.event(egui::Event::PointerGone);
+    session.app.inspect([0.58, 0.193]);
     session.until(LIMIT, |app| !app.is_inspecting())?;
     shoot(session, folder, "inspector", |p| p.inspector = true)?;
     shoot(session, folder, "entities", |p| {

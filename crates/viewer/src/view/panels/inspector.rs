@@ -5,7 +5,7 @@ use crate::view::inspect::Report;
 use egui::{Color32, Grid, ScrollArea, Sense, Stroke, TextureHandle, Ui, vec2};
 
 /// Largest side of a texture's picture, in points.
-const PICTURE: f32 = 128.0;
+const PICTURE: f32 = 96.0;
 
 pub(super) fn show(app: &mut App, ui: &mut Ui) {
     ui.set_width(320.0);
@@ -38,7 +38,11 @@ fn facts(report: &Report, ui: &mut Ui) -> Option<usize> {
             ui.label(text);
             ui.end_row();
         };
-        let three = |v: glam::DVec3| format!("{:.2} {:.2} {:.2}", v.x, v.y, v.z);
+        let three = |v: glam::DVec3| {
+            // No minus before a zero.
+            let [x, y, z] = v.to_array().map(|c| (c * 100.0).round() / 100.0 + 0.0);
+            format!("{x:.2} {y:.2} {z:.2}")
+        };
         line("Position", "world space, units", three(seen.position));
         line("Normal", "of the face, towards the eye", three(seen.normal));
         line(
@@ -132,7 +136,9 @@ fn lights(report: &Report, ui: &mut Ui) {
         ui.weak("no light was found");
         return;
     }
-    let height = 190.0;
+    // What is left below, so that the panel ends above the window's edge.
+    let below = ui.ctx().viewport_rect().bottom() - ui.cursor().top() - 48.0;
+    let height = below.clamp(64.0, 320.0);
     ScrollArea::vertical()
         .max_height(height)
         .auto_shrink([false, true])

@@ -131,7 +131,6 @@ pub fn show(app: &mut App, ctx: &Context) {
     app.panels.looking &= open.looking;
     window("Inspector", left, vec2(8.0, 36.0))
         .open(&mut open.inspector)
-        .vscroll(true)
         .show(ctx, |ui| inspector::show(app, ui));
     app.panels.inspector &= open.inspector;
     window("Entities", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
