@@ -15,6 +15,10 @@ fn main() {
         .join("../../shaders");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo"));
     println!("cargo::rerun-if-changed={}", shaders.display());
+    // Development builds run it once more where shaders are written while they run.
+    if let Ok(this) = env::current_exe() {
+        println!("cargo::rustc-env=RT_BUILD_SCRIPT={}", this.display());
+    }
     println!("cargo::rerun-if-changed=src/shader_compiler.rs");
     let mut names: Vec<PathBuf> = fs::read_dir(&shaders)
         .expect("the folder shaders/ is part of the project")

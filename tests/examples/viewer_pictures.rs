@@ -46,12 +46,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     session.app.panels.percent = 50;
     session.until(LIMIT, |app| app.samples() > 0)?;
     session.app.notices.pass(1e3);
-    let panels: [(&str, Opens); 6] = [
+    let panels: [(&str, Opens); 7] = [
         ("picture", |p| p.render = true),
         ("statistics", |p| p.statistics = true),
         ("places", |p| p.places = true),
         ("path", |p| p.path = true),
         ("open", |p| p.open = true),
+        ("window", |p| p.window = true),
         ("keys", |p| p.keys = true),
     ];
     session.until(LIMIT, App::is_done)?;

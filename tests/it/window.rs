@@ -48,7 +48,7 @@ fn display() -> (Ends, String) {
     (server, format!(":{}", line.trim()))
 }
 
-/// The window opens on the sample level, is flown, is resized ten times, and ends, while the validation
+/// The window opens on the sample level, is flown, is resized ten times, loses its device, and ends, while the validation
 /// layer has nothing to say. In a process of its own, because the display is its environment's.
 #[test]
 fn the_window_lives_on_a_display() {
@@ -93,7 +93,7 @@ fn inside() {
         panic!("{cli:?}");
     };
     let start = Instant::now();
-    let (mut resized, mut at, mut done) = (0, 0, false);
+    let (mut resized, mut at, mut done, mut lost) = (0, 0, false, None);
     let pilot = move |app: &mut App, frame: u64| {
         assert!(
             start.elapsed() < Duration::from_secs(240),
@@ -109,7 +109,23 @@ fn inside() {
             app.eye = app.eye.turned([20.0, 0.0]);
             return vec![PilotWish::Resize([200 + 37 * resized, 400 - 23 * resized])];
         }
-        if resized == 10 && app.is_done() && !done {
+        if resized == 10 && app.is_done() && lost.is_none() {
+            app.panels.budget_ms = 20.0;
+            lost = Some((app.eye, app.panels.budget_ms));
+            return vec![PilotWish::LoseDevice];
+        }
+        if let Some((eye, budget_ms)) = lost
+            && app.is_done()
+            && !done
+        {
+            // It is opened anew, on the same place, and says so.
+            assert_eq!((app.eye, app.panels.budget_ms), (eye, budget_ms));
+            let said = app
+                .notices
+                .all()
+                .iter()
+                .any(|n| n.text.contains("opened anew"));
+            assert!(said, "{:?}", app.notices.all());
             done = true;
             return vec![PilotWish::App(Wish::Quit)];
         }

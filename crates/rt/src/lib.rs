@@ -7,6 +7,8 @@
 pub mod abi;
 mod film;
 mod gpu_scene;
+#[cfg(debug_assertions)]
+pub mod hot;
 mod passes;
 mod renderer;
 mod screen;

@@ -231,6 +231,19 @@ impl PathTracer {
         Ok(())
     }
 
+    /// Begins a new picture, made by the shaders as they are now: those of development builds can change.
+    ///
+    /// # Errors
+    /// When a call fails; then the shaders stay that were there.
+    pub fn renew(&mut self) -> Result<(), Error> {
+        let kind = Kind::PathTrace;
+        self.path_trace = PathTrace::new(&self.device, &self.scene, &self.settings, kind, None)?;
+        self.other_path_trace = None;
+        self.is_stale = true;
+        self.trace_ms = 0.0;
+        Ok(())
+    }
+
     /// Whether the device still works on the samples asked for last. What it has done is settled.
     ///
     /// # Errors

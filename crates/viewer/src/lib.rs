@@ -54,7 +54,9 @@ impl std::error::Error for Usage {}
 #[must_use]
 pub fn main() -> ExitCode {
     let start = Instant::now();
-    let matches = match cli::Cli::command().color(color_asked()).try_get_matches() {
+    let args = cli::with_view(std::env::args_os().collect());
+    let command = cli::Cli::command().color(color_asked());
+    let matches = match command.try_get_matches_from(args) {
         Ok(matches) => matches,
         Err(error) => {
             // Help and version come this way too, with the code 0. A closed pipe is no error.

@@ -49,10 +49,28 @@ pub(crate) fn record_frame(
 macro_rules! spirv {
     ($name:literal) => {{
         const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/", $name, ".spv"));
-        $crate::passes::words(BYTES)
+        $crate::passes::code($name, BYTES)
     }};
 }
 pub(crate) use spirv;
+
+/// The words of a shader: those of the build, or in development those that were compiled since.
+pub(crate) fn code(name: &str, built: &[u8]) -> Vec<u32> {
+    #[cfg(debug_assertions)]
+    if let Some(words) = crate::hot::code(name) {
+        return words;
+    }
+    let _ = name;
+    words(built)
+}
+
+/// How often shaders were compiled since the build.
+pub(crate) fn generation() -> u32 {
+    #[cfg(debug_assertions)]
+    return crate::hot::generation();
+    #[cfg(not(debug_assertions))]
+    0
+}
 
 /// Little-endian bytes to words.
 pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {

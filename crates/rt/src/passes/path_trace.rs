@@ -81,7 +81,8 @@ impl PathTrace {
         let specialization = Self::specialization(scene, settings, kind);
         let textures = scene.textures.len() as u32;
         // All that `build` depends on: the other features are among the specialization's numbers.
-        let made_for = [&[kind as u32, textures], &specialization.0[..]].concat();
+        let of = [kind as u32, textures, super::generation()];
+        let made_for = [&of, &specialization.0[..]].concat();
         let pipeline = RayTracingPipeline::shared(device, made_for, || {
             Self::build(device, scene, kind, &specialization)
         })?;

@@ -20,7 +20,7 @@ pub use shared::{
     SurfaceArgs, ViewArgs,
 };
 pub(crate) use shared::{MOST_BRIGHTNESS, parse_camera, read_text};
-pub use view::View;
+pub use view::{View, with_view};
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand};
@@ -36,6 +36,8 @@ const EXAMPLES: &str = "\
 Examples:
   runelight
       a window on the bundled sample level
+  runelight my.bsp
+      a window on that level, or on a demo (.dem)
   runelight view start --basedir ~/quake
       fly through a level out of the PAKs of a Quake installation
   runelight render

@@ -8,9 +8,11 @@ mod saving;
 mod tracing;
 
 use super::convergence::Convergence;
+use super::display::{AutoExposure, Display};
 use super::draw::{self, Textures};
 use super::export::Export;
 use super::fly::{Eye, Flight};
+use super::hot::Hot;
 use super::inspect::{Inspection, Report};
 use super::keys::Bindings;
 use super::looking::Looking;
@@ -102,11 +104,14 @@ pub struct App {
     pub(super) loading: Option<Loading>,
     /// The demo that is shown.
     pub player: Option<Player>,
+    /// Where the demo that is being loaded goes on.
+    seeks: Option<f64>,
     /// When and for whom `frame` is.
     moment: Option<(f64, playback::Eye)>,
     /// What is shown of the demo.
     frame: Option<scene::Frame>,
     watch: Option<Watch>,
+    hot: Option<Hot>,
     /// What `stage` was asked for, so that files of materials are not read in every frame.
     considered: Option<Render>,
     walker: Option<Walker>,
@@ -125,6 +130,10 @@ pub struct App {
     pub export: Export,
     /// A flight that is recorded.
     pub flight_path: FlightPath,
+    /// How often pictures are shown.
+    pub display: Display,
+    /// Exposure that follows the picture.
+    pub auto_exposure: AutoExposure,
     /// How good the picture is.
     pub convergence: Convergence,
     /// Exposure and curve that the picture was shown with.
@@ -172,6 +181,7 @@ impl App {
             moment: None,
             frame: None,
             watch: None,
+            hot: Hot::new(),
             considered: None,
             walker: None,
             camera: 0,
@@ -185,6 +195,9 @@ impl App {
             saved: None,
             export: Export::default(),
             flight_path: FlightPath::default(),
+            display: Display::default(),
+            auto_exposure: AutoExposure::default(),
+            seeks: None,
             convergence: Convergence::default(),
             shown_as: None,
             textures: Textures::default(),
@@ -237,10 +250,13 @@ impl App {
     /// # Errors
     /// When the device fails.
     pub fn frame(&mut self, screen: &mut Screen, input: Input) -> Result<Output> {
+        let begun = Instant::now();
         let mut wishes = Vec::new();
+        self.display.apply(screen);
         self.receive_level();
         self.receive_picture();
         self.receive_film();
+        self.receive_shaders(input.seconds);
         self.receive_inspection();
         self.look(input.seconds)?;
         let ctx = self.ctx.clone();
@@ -260,6 +276,8 @@ impl App {
             self.trace(size, input.seconds)?
         };
         self.write(&ctx)?;
+        let exposure = &mut self.args.picture.exposure;
+        self.auto_exposure.pass(input.seconds, exposure);
 
         laid_out = Instant::now();
         self.textures.set(screen, &full.textures_delta)?;
@@ -297,7 +315,7 @@ impl App {
             platform: full.platform_output,
             wishes,
             shown,
-            next: if busy { 0.0 } else { asked.min(1.0) },
+            next: if busy { 0.0 } else { asked.min(1.0) }.max(self.display.wait(begun)),
         })
     }
 }

@@ -27,8 +27,16 @@ impl Default for Display {
 
 /// A pace with the name it has in the settings file, and a hint.
 pub const PACES: [(Pace, &str, &str); 3] = [
-    (Pace::Vsync, "vsync", "every picture in turn, with the display"),
-    (Pace::Mailbox, "mailbox", "with the display, always the newest picture: more frames are made than shown"),
+    (
+        Pace::Vsync,
+        "vsync",
+        "every picture in turn, with the display",
+    ),
+    (
+        Pace::Mailbox,
+        "mailbox",
+        "with the display, always the newest picture: more frames are made than shown",
+    ),
     (Pace::Immediate, "immediate", "at once, with tearing"),
 ];
 

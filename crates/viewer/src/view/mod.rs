@@ -6,10 +6,12 @@
 
 pub mod app;
 pub mod convergence;
+pub mod display;
 pub mod draw;
 pub mod entities;
 pub mod export;
 pub mod fly;
+pub mod hot;
 pub mod inspect;
 pub mod keys;
 pub mod look;

@@ -2,8 +2,10 @@
 //! such.
 
 use super::app::App;
+use super::display::PACES;
 use super::panels::BUDGET_MS;
 use anyhow::{Context as _, Result};
+use egui::ThemePreference;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,6 +25,14 @@ pub struct Preferences {
     pub folder: PathBuf,
     /// Milliseconds of tracing in a frame.
     pub budget_ms: Option<f64>,
+    /// When pictures are shown: `vsync`, `mailbox` or `immediate`.
+    pub pace: Option<String>,
+    /// Frames per second at most.
+    pub most_fps: Option<f64>,
+    /// Colours of the panels: `dark`, `light` or `system`.
+    pub theme: Option<String>,
+    /// Size of words, 1 is the system's.
+    pub scale: Option<f32>,
     /// Panels that are open: `picture`, `look`, `inspector`, `entities`, `styles`, `statistics`, `places`.
     pub panels: Option<Vec<String>>,
     /// Other keys than the usual: from an action (`save`) to a key (`F12`).
@@ -30,6 +40,13 @@ pub struct Preferences {
     /// Places by level: x, y, z, pitch, yaw, roll.
     pub places: BTreeMap<String, Vec<[f32; 6]>>,
 }
+
+/// Colours with their names; the first is the usual one.
+const THEMES: [(ThemePreference, &str); 3] = [
+    (ThemePreference::System, "system"),
+    (ThemePreference::Dark, "dark"),
+    (ThemePreference::Light, "light"),
+];
 
 /// A string as TOML has it, which is as JSON has it.
 fn quoted(text: &str) -> String {
@@ -108,6 +125,17 @@ impl Preferences {
         if let Some(ms) = self.budget_ms {
             text += &format!("budget_ms = {ms:?}\n");
         }
+        for (name, value) in [("pace", &self.pace), ("theme", &self.theme)] {
+            if let Some(value) = value {
+                text += &format!("{name} = {}\n", quoted(value));
+            }
+        }
+        if let Some(fps) = self.most_fps {
+            text += &format!("most_fps = {fps:?}\n");
+        }
+        if let Some(scale) = self.scale {
+            text += &format!("scale = {scale:?}\n");
+        }
         if let Some(panels) = &self.panels {
             text += &format!("panels = {}\n", list(panels, |p| quoted(p)));
         }
@@ -142,6 +170,23 @@ impl App {
         if let Some(ms) = preferences.budget_ms.filter(|ms| ms.is_finite()) {
             self.panels.budget_ms = ms.clamp(2.0, 250.0);
         }
+        if let Some(name) = &preferences.pace {
+            match PACES.iter().find(|p| p.1 == name) {
+                Some(pace) => self.display.pace = pace.0,
+                None => (self.notices).error(format!("settings: {name} is no pace")),
+            }
+        }
+        let fps = preferences.most_fps.filter(|fps| fps.is_finite());
+        self.display.most_fps = fps.map(|fps| fps.clamp(1.0, 1000.0));
+        if let Some(name) = &preferences.theme {
+            match THEMES.iter().find(|t| t.1 == name) {
+                Some(theme) => self.egui().set_theme(theme.0),
+                None => (self.notices).error(format!("settings: {name} is no theme")),
+            }
+        }
+        if let Some(scale) = preferences.scale.filter(|s| s.is_finite()) {
+            self.egui().set_zoom_factor(scale.clamp(0.5, 3.0));
+        }
         if let Some(open) = &preferences.panels {
             let is_open = |name: &str| open.iter().any(|o| o == name);
             self.panels.render = is_open("picture");
@@ -171,6 +216,12 @@ impl App {
         let open = panels.iter().filter(|(_, open)| *open);
         Preferences {
             budget_ms: Some(self.panels.budget_ms).filter(|ms| *ms != BUDGET_MS),
+            pace: (PACES.iter().skip(1).find(|p| p.0 == self.display.pace)).map(|p| p.1.to_owned()),
+            most_fps: self.display.most_fps,
+            theme: (THEMES.iter().skip(1))
+                .find(|t| t.0 == self.egui().options(|o| o.theme_preference))
+                .map(|t| t.1.to_owned()),
+            scale: Some(self.egui().zoom_factor()).filter(|s| *s != 1.0),
             panels: Some(open.map(|(name, _)| (*name).to_owned()).collect()),
             ..self.preferences.clone()
         }
@@ -186,6 +237,10 @@ mod tests {
         let mut all = Preferences {
             folder: "C:\\pictures \"new\"\n".into(),
             budget_ms: Some(30.0),
+            pace: Some("immediate".into()),
+            most_fps: Some(30.0),
+            theme: Some("light".into()),
+            scale: Some(1.5),
             panels: Some(vec!["places".into()]),
             ..Preferences::default()
         };

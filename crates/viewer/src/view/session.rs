@@ -50,7 +50,8 @@ impl Session {
     /// When the device fails.
     pub fn frame(&mut self) -> Result<Output> {
         self.seconds += f64::from(FRAME);
-        let size = Vec2::new(self.size[0] as f32, self.size[1] as f32) / self.scale;
+        let scale = self.scale * self.app.egui().zoom_factor();
+        let size = Vec2::new(self.size[0] as f32, self.size[1] as f32) / scale;
         let mut raw = egui::RawInput {
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
             time: Some(self.seconds),

@@ -26,6 +26,8 @@ pub enum PilotWish {
     App(Wish),
     /// Another size, in points.
     Resize([u32; 2]),
+    /// The device to be lost, as drivers lose it.
+    LoseDevice,
 }
 
 /// How the window is opened.
@@ -71,6 +73,7 @@ pub fn run(global: &Global, args: &Render, options: Options) -> Result<Vec<Strin
         options,
         running: None,
         failure: None,
+        lost: None,
     };
     events.run_app(&mut handler)?;
     if let Some(running) = &handler.running
@@ -95,6 +98,18 @@ struct Handler<'a> {
     options: Options,
     running: Option<Running>,
     failure: Option<anyhow::Error>,
+    /// When the device was lost last.
+    lost: Option<Instant>,
+}
+
+/// A device that is lost again within this time is not opened once more.
+const LOST_AGAIN: Duration = Duration::from_secs(20);
+
+/// Whether another device, or the same opened anew, could go on.
+fn is_of_device(error: &anyhow::Error) -> bool {
+    use rt::Error::{Call, DeviceLost, Memory};
+    let error: Option<&rt::Error> = error.downcast_ref();
+    matches!(error, Some(DeviceLost { .. } | Memory { .. } | Call { .. }))
 }
 
 struct Running {
@@ -110,7 +125,7 @@ struct Running {
 }
 
 impl Handler<'_> {
-    fn open(&self, events: &ActiveEventLoop) -> Result<Running> {
+    fn open(&self, events: &ActiveEventLoop, args: &Render) -> Result<Running> {
         let [width, height] = SIZE;
         let attributes = winit::window::Window::default_attributes()
             .with_title("runelight")
@@ -121,7 +136,7 @@ impl Handler<'_> {
         let size = window.inner_size();
         let size = [size.width, size.height];
         let screen = Screen::of_window(&opened.1, Arc::clone(&window), size)?;
-        let mut app = App::new(opened, self.global.clone(), self.args.clone());
+        let mut app = App::new(opened, self.global.clone(), args.clone());
         // A pilot's flight is no person's: nothing is remembered of it.
         let file = Preferences::path().filter(|_| self.options.pilot.is_none());
         let file = file.and_then(|path| match Preferences::read(&path) {
@@ -155,6 +170,52 @@ impl Handler<'_> {
         })
     }
 
+    /// The device is gone, or has no memory: what is set is kept, and the window opened anew on the same
+    /// place of the same level, half as fine where it was memory. Where that does not help, says so.
+    fn open_anew(&mut self, events: &ActiveEventLoop, error: anyhow::Error) {
+        let Some(mut running) = self.running.take() else {
+            return self.fail(events, error);
+        };
+        let app = &mut running.app;
+        app.remember_place();
+        let mut kept = String::new();
+        if let Some(file) = &running.file {
+            match app.preferences().write(file) {
+                Ok(()) => kept = format!("; settings and the place are kept in {}", file.display()),
+                Err(error) => tracing::warn!("the settings are not kept: {error:#}"),
+            }
+        }
+        let again = self.lost.is_some_and(|at| at.elapsed() < LOST_AGAIN);
+        self.lost = Some(Instant::now());
+        if again {
+            let why = format!("it was opened anew, and that did not help{kept}");
+            self.running = Some(running);
+            return self.fail(events, error.context(why));
+        }
+        let (args, moment) = app.to_go_on();
+        let panels = app.panels.clone();
+        let percent = match error.downcast_ref() {
+            Some(rt::Error::Memory { .. }) => (panels.percent / 2).max(10),
+            _ => panels.percent,
+        };
+        tracing::warn!("{error:#}; the device is opened anew{kept}");
+        // What is on the old device must go before the new one is asked for as much.
+        drop(running);
+        match self.open(events, &args) {
+            Ok(mut running) => {
+                let app = &mut running.app;
+                app.panels = panels;
+                app.panels.percent = percent;
+                app.go_on_at(moment);
+                app.notices
+                    .error(format!("{error:#}: the device was opened anew{kept}"));
+                running.window.request_redraw();
+                self.running = Some(running);
+            }
+            Err(other) => self.fail(events, other.context(format!("{error:#}"))),
+        }
+    }
+
     fn fail(&mut self, events: &ActiveEventLoop, error: anyhow::Error) {
         self.failure.get_or_insert(error);
         events.exit();
@@ -175,6 +236,7 @@ impl Handler<'_> {
                 ControlFlow::Poll
             }),
             Ok(None) => events.exit(),
+            Err(error) if is_of_device(&error) => self.open_anew(events, error),
             Err(error) => self.fail(events, error),
         }
     }
@@ -207,6 +269,9 @@ impl Running {
                 PilotWish::App(wish) => wishes.push(wish),
                 PilotWish::Resize([width, height]) => {
                     _ = (self.window).request_inner_size(LogicalSize::new(width, height));
+                }
+                PilotWish::LoseDevice => {
+                    return Err(rt::Error::DeviceLost { call: "a pilot" }.into());
                 }
             }
         }
@@ -249,7 +314,7 @@ impl Running {
 impl ApplicationHandler for Handler<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.running.is_none() {
-            match self.open(events) {
+            match self.open(events, self.args) {
                 Ok(running) => self.running = Some(running),
                 Err(error) => self.fail(events, error),
             }

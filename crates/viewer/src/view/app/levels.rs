@@ -1,6 +1,7 @@
 //! Which level or demo is there: opening, reading anew, importing with other options.
 
 use super::App;
+use crate::cli::{CameraChoice, Render};
 use crate::view::fly::Eye;
 use crate::view::player::Player;
 use crate::view::stage::{Loading, Order, Stage, Wanted};
@@ -49,6 +50,7 @@ impl App {
 
     pub(super) fn take(&mut self, stage: Stage, is_new: bool) {
         let name = stage.level.clone();
+        let seeks = self.seeks.take();
         self.watch = match &stage.showing {
             None => name.as_ref().and_then(|name| Watch::new(name.as_ref())),
             Some(_) => None,
@@ -59,7 +61,10 @@ impl App {
             .as_ref()
             .map(|showing| match self.player.take() {
                 Some(player) if Arc::ptr_eq(&player.timeline, &showing.timeline) => player,
-                _ => Player::new(name.unwrap_or_default(), showing.timeline.clone(), 0.0),
+                _ => {
+                    let time = seeks.unwrap_or(0.0);
+                    Player::new(name.unwrap_or_default(), showing.timeline.clone(), time)
+                }
             });
         let same_level = (self.stage.as_ref()).is_some_and(|old| old.level == stage.level);
         if is_new && !same_level {
@@ -95,6 +100,53 @@ impl App {
         (self.inspection, self.inspected) = (None, None);
     }
 
+    /// Remembers where the eye is, as the panel of places does.
+    pub(in crate::view) fn remember_place(&mut self) {
+        let Some(level) = self.stage.as_ref().map(|s| s.loaded.level.name.clone()) else {
+            return;
+        };
+        let pose = self.eye.pose();
+        let places = self.preferences.places.entry(level).or_default();
+        if !places.contains(&pose) {
+            places.push(pose);
+        }
+    }
+
+    /// What another viewer needs to show the same from the same place: options, and of a demo its time and
+    /// whether the eye is the player's.
+    pub(in crate::view) fn to_go_on(&self) -> (Render, Option<(f64, bool)>) {
+        let mut args = self.args.clone();
+        if self.stage.is_some() {
+            let view = &mut args.picture.view;
+            (view.camera, view.camera_path) = (Some(CameraChoice::Pose(self.eye.pose())), None);
+        }
+        (args, self.player.as_ref().map(|p| (p.time, p.follows)))
+    }
+
+    /// Goes on at a moment of the demo that is being loaded.
+    pub(in crate::view) fn go_on_at(&mut self, moment: Option<(f64, bool)>) {
+        self.seeks = moment.map(|(time, _)| time);
+    }
+
+    /// Takes shaders that someone has written meanwhile.
+    pub(super) fn receive_shaders(&mut self, seconds: f32) {
+        let Some(told) = self.hot.as_mut().and_then(|hot| hot.pass(seconds)) else {
+            return;
+        };
+        let taken = told.and_then(|()| match &mut self.stage {
+            Some(stage) => stage.tracer.renew().map_err(|e| e.to_string()),
+            None => Ok(()),
+        });
+        match taken {
+            Ok(()) => {
+                // Everything is traced anew.
+                self.told = None;
+                self.notices.say("the shaders are compiled anew".into());
+            }
+            Err(why) => self.notices.error(format!("the old shaders stay: {why}")),
+        }
+    }
+
     /// Opens a file of whatever kind.
     pub fn open_file(&mut self, path: &std::path::Path) {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
@@ -120,7 +172,9 @@ impl App {
     /// Reads the level's files anew; the eye stays.
     pub fn reload(&mut self) {
         if let Some(player) = &self.player {
-            self.load(Wanted::Demo(player.demo.clone(), None, player.time), true);
+            let (demo, time) = (player.demo.clone(), player.time);
+            self.load(Wanted::Demo(demo, None, time), true);
+            self.seeks = Some(time);
             return;
         }
         let level = self.stage.as_ref().map(|s| s.level.clone());

@@ -142,6 +142,7 @@ impl App {
         self.told = Some([now, full]);
         // Coarse pictures have one sample; while the eye moves it must be there with the frame.
         let goal = if is_whole { self.look_at_error()? } else { 1 };
+        self.meter()?;
         let Some(stage) = &mut self.stage else {
             return Ok(false);
         };
@@ -202,7 +203,11 @@ impl App {
             && self.convergence.is_due(samples, target)
         {
             let begun = Instant::now();
-            let error = stage.tracer.film()?.estimated_relmse();
+            let film = stage.tracer.film()?;
+            if self.auto_exposure.is_due() {
+                self.auto_exposure.look(&film);
+            }
+            let error = film.estimated_relmse();
             let point = Point {
                 samples,
                 error,
@@ -214,6 +219,17 @@ impl App {
             Some(_) => samples,
             None => (self.args.picture.spp).min(self.convergence.rests_at(target)),
         })
+    }
+
+    /// Shows the picture to the exposure that follows it, where it is time to.
+    fn meter(&mut self) -> Result<()> {
+        if let Some(stage) = &mut self.stage
+            && self.auto_exposure.is_due()
+            && self.pace.samples() > 0
+        {
+            self.auto_exposure.look(&stage.tracer.film()?);
+        }
+        Ok(())
     }
 
     /// Makes the frame of the demo's time; `false` while its level is not there.

@@ -17,7 +17,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             let frames = app.film_frames(&demo);
             let made = app.export.command().map(str::to_owned);
             let line = made.unwrap_or_else(|| demo_command_line(&demo, &app.global));
-            ui.add(egui::Label::new(RichText::new(&line).monospace().small()).wrap());
+            ui.add(egui::Label::new(RichText::new(&line).monospace()).wrap());
             ui.horizontal(|ui| {
                 if ui
                     .button("Copy")

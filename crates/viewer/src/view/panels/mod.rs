@@ -3,6 +3,7 @@
 mod demo;
 mod entities;
 mod export;
+mod files;
 mod inspector;
 mod looking;
 mod open;
@@ -11,6 +12,7 @@ mod places;
 mod render;
 mod statistics;
 mod styles;
+mod window;
 
 use super::app::App;
 use super::draw::PICTURE_ID;
@@ -46,6 +48,10 @@ pub struct Panels {
     pub export: bool,
     /// A flight that is recorded.
     pub path: bool,
+    /// How the window is shown.
+    pub window: bool,
+    /// The folder whose files can be opened; `None` before it was listed.
+    folder: Option<files::Folder>,
     /// Size of the picture in percent of the window's.
     pub percent: u32,
     /// Milliseconds of tracing in a frame, at most.
@@ -78,6 +84,8 @@ impl Default for Panels {
             keys: false,
             export: false,
             path: false,
+            window: false,
+            folder: None,
             percent: 100,
             budget_ms: BUDGET_MS,
             browser: None,
@@ -108,10 +116,14 @@ pub fn show(app: &mut App, ctx: &Context) {
     }
     bar(app, ctx);
     demo::show(app, ctx);
+    // What does not fit is scrolled to.
+    let height = ctx.viewport_rect().height() - 96.0;
     let window = |title: &str, at: Align2, offset: egui::Vec2| {
         egui::Window::new(title)
             .anchor(at, offset)
             .resizable(false)
+            .default_height(height)
+            .max_height(height)
             .frame(egui::Frame::window(&ctx.style()).multiply_with_opacity(0.92))
     };
     let (right, left) = (Align2::RIGHT_TOP, Align2::LEFT_TOP);
@@ -123,6 +135,7 @@ pub fn show(app: &mut App, ctx: &Context) {
     app.panels.render &= open.render;
     window("Statistics", left, vec2(8.0, 36.0))
         .open(&mut open.statistics)
+        .vscroll(true)
         .show(ctx, |ui| statistics::show(app, ui));
     app.panels.statistics &= open.statistics;
     window("Look", Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0))
@@ -149,8 +162,13 @@ pub fn show(app: &mut App, ctx: &Context) {
         .open(&mut open.path)
         .show(ctx, |ui| path::show(app, ui));
     app.panels.path &= open.path;
+    window("Window", Align2::CENTER_TOP, vec2(0.0, 48.0))
+        .open(&mut open.window)
+        .show(ctx, |ui| window::show(app, ui));
+    app.panels.window &= open.window;
     window("Film", Align2::RIGHT_BOTTOM, vec2(-8.0, -64.0))
         .open(&mut open.export)
+        .vscroll(true)
         .show(ctx, |ui| export::show(app, ui));
     app.panels.export &= open.export;
     window("Open", Align2::CENTER_CENTER, vec2(0.0, 0.0))
@@ -159,6 +177,7 @@ pub fn show(app: &mut App, ctx: &Context) {
     app.panels.open &= open.open;
     window("Keys", Align2::CENTER_CENTER, vec2(0.0, 0.0))
         .open(&mut open.keys)
+        .vscroll(true)
         .show(ctx, |ui| keys(app, ui));
     app.panels.keys &= open.keys;
 }
@@ -198,7 +217,8 @@ fn picture(app: &mut App, ctx: &Context) {
     }
     if !ctx.input(|i| i.raw.hovered_files.is_empty()) {
         painter.rect_filled(screen, 0.0, Color32::from_black_alpha(160));
-        let text = "drop a level (.bsp), a demo (.dem) or an archive (.pak) to open it";
+        let text =
+            "drop a level (.bsp), a demo (.dem), an archive (.pak) or a picture (.exr) to open it";
         let font = egui::FontId::proportional(24.0);
         painter.text(
             screen.center(),
@@ -286,7 +306,7 @@ fn notices(app: &mut App, ctx: &Context) {
 fn bar(app: &mut App, ctx: &Context) {
     let frame = egui::Frame::side_top_panel(&ctx.style()).multiply_with_opacity(0.85);
     egui::TopBottomPanel::top("bar").frame(frame).show(ctx, |ui| {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             let panels = &mut app.panels;
             ui.toggle_value(&mut panels.open, "Open")
                 .on_hover_text("levels of the search path; files can also be dropped on the window");
@@ -306,6 +326,8 @@ fn bar(app: &mut App, ctx: &Context) {
                 .on_hover_text("light styles: how bright each one is");
             ui.toggle_value(&mut panels.statistics, "Statistics")
                 .on_hover_text("what the picture costs");
+            ui.toggle_value(&mut panels.window, "Window")
+                .on_hover_text("how often it is drawn, its colours, the size of its words");
             ui.toggle_value(&mut panels.keys, "Keys").on_hover_text("what keys do");
             ui.separator();
             let key = app.bindings.key(Action::Save).name();

@@ -29,6 +29,15 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     if ui.button("the sample demo").clicked() {
         wanted = Some(Some(SAMPLE_DEMO.to_owned()));
     }
+    egui::CollapsingHeader::new("a file").show(ui, |ui| {
+        if let Some(path) = super::files::show(app, ui) {
+            app.open_file(&path);
+            let is_archive = path
+                .extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("pak"));
+            app.panels.open = is_archive;
+        }
+    });
     let recent = app.preferences.recent.clone();
     if !recent.is_empty() {
         ui.collapsing("opened lately", |ui| {

@@ -82,6 +82,10 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     let usual = defaults().picture;
     let picture = &mut app.args.picture;
     let mut focuses = false;
+    ui.checkbox(&mut app.auto_exposure.on, "exposure by itself")
+        .on_hover_text(
+            "so that the middle of the picture is grey; what it has found stays when it is off",
+        );
     ui.horizontal(|ui| {
         for (preset, name, hint) in Preset::ALL {
             if ui.button(name).on_hover_text(hint).clicked() {
