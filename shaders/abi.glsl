@@ -214,6 +214,14 @@ struct Figure {
     uint posed;
     // Probability with which light sampling chooses it, of instances that move.
     float probability;
+    // 1 if its facets are shaded as round.
+    uint smooth_shaded;
+    // Added to a triangle's index, a third of where its normals stand in the one pose.
+    uint normals_from;
+    // The same in the other pose.
+    uint normals_to;
+    // How far it is from the one to the other.
+    float fraction;
     // Unused, keeps the size a multiple of 16 bytes.
     uint padding;
 };
@@ -476,6 +484,8 @@ struct SceneData {
     CornerRef posed_corners;
     // Where the corners of loose triangles were, if they moved.
     CornerRef loose_corners;
+    // Normals of triangles' corners in poses, octahedral coordinates.
+    NumberRef normals;
     // What emits and moves.
     MovingLightRef moving_lights;
     // Spheres among it.

@@ -35,3 +35,31 @@ float moving_probability(uint instance_word) {
     if (!HAS_FRAMES || number == 0u) return -1.0;
     return params.scene.at[0].figures.at[number].probability;
 }
+
+// Unit vector of octahedral coordinates.
+vec3 unpack_normal(uint packed) {
+    const vec2 p = unpackSnorm2x16(packed);
+    vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
+    if (n.z < 0.0) n.xy = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
+    return normalize(n);
+}
+
+// Unit normal to the front, world space, that a facet of a model is shaded with; `face`, the facet's own, if
+// it is flat.
+vec3 smooth_normal(uint instance_word, uint triangle, vec2 barycentrics, vec3 face) {
+    const uint number = instance_word & INSTANCE_INDEX;
+    if (!HAS_SMOOTH_NORMALS || number == 0u) return face;
+    const Figure figure = params.scene.at[0].figures.at[number];
+    if (figure.smooth_shaded == 0u) return face;
+    const vec3 weights = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    vec3 n = vec3(0.0);
+    for (uint corner = 0u; corner < 3u; corner++) {
+        const uint from = 3u * (figure.normals_from + triangle) + corner;
+        const uint to = 3u * (figure.normals_to + triangle) + corner;
+        n += weights[corner]
+            * mix(unpack_normal(params.scene.at[0].normals.at[from]),
+                  unpack_normal(params.scene.at[0].normals.at[to]), figure.fraction);
+    }
+    if (dot(n, n) < 1e-12) return face;
+    return (instance_word & INSTANCE_PLACED) != 0u ? placed_normal(to_world(instance_word), n) : normalize(n);
+}

@@ -110,6 +110,7 @@ fn model(kind: usize, triangles: u32, material: MaterialId) -> Mesh {
         positions,
         poses,
         skins: Vec::new(),
+        ..Mesh::default()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use runelight_tests::builder::settings;
 use runelight_tests::devices::{Device, gpu_alone, render_moments};
-use runelight_tests::moving::{moment, moving_room, still};
+use runelight_tests::moving::{moment, moving_room, smooth_room, still};
 use runelight_tests::scenes::{room, room_view};
 use runelight_tests::stats::ZTest;
 use scene::render::{Estimator, Renderer, Settings};
@@ -22,6 +22,30 @@ fn the_devices_agree_on_a_moment() {
         let what = format!("a moment by {}, Vulkan against CPU", estimator.name());
         ZTest::new(&films[0], &films[1]).assert(&what);
     }
+}
+
+/// Facets that stand for round surfaces, in poses between two, seen by both devices and found by all estimators; the
+/// scene made in that moment has them rigid.
+#[test]
+fn the_devices_agree_on_facets_shaded_as_round() {
+    let scene = smooth_room();
+    assert!(scene.features.smooth_normals && !moving_room().features.smooth_normals);
+    let film = |device, estimator, seed| {
+        let view = settings(room_view(), 32, estimator, 4);
+        let moments = vec![(moment(&scene, 0.8, false), 128)];
+        render_moments(device, &scene, &view, &[(seed, moments)]).remove(0)
+    };
+    let judge = film(Device::Cpu, Estimator::Mis, 1);
+    for estimator in Estimator::ALL {
+        let found = film(Device::Vulkan, estimator, 2);
+        ZTest::new(&found, &judge).assert(&format!("round facets by {}", estimator.name()));
+    }
+    let found = film(Device::Cpu, Estimator::Uniform, 3);
+    ZTest::new(&found, &judge).assert("round facets, uniform on the CPU");
+    let moments = vec![(moment(&moving_room(), 0.8, false), 128)];
+    let view = settings(room_view(), 32, Estimator::Mis, 4);
+    let flat = render_moments(Device::Cpu, &moving_room(), &view, &[(1, moments)]).remove(0);
+    assert_ne!(flat.beauty, judge.beauty, "it must matter");
 }
 
 #[test]

@@ -93,6 +93,74 @@ fn in_a_white_furnace_everything_is_equally_bright() {
     }
 }
 
+/// A white ball of 128 facets, shaded as round, in a box that shines evenly: of what arrives no part more than all is
+/// reflected, whatever the angle, and little less.
+#[test]
+fn a_ball_shaded_as_round_makes_no_light_of_nothing() {
+    let mut b = furnace();
+    let white = b.plain(255, 0.0);
+    let mut scene = Arc::unwrap_or_clone(b.build());
+    let mut ball = scene::Mesh {
+        name: "ball".into(),
+        ..scene::Mesh::default()
+    };
+    let octant = [Vec3::X, Vec3::Y, Vec3::Z];
+    for turn in 0..8 {
+        let sign = Vec3::from([1, 2, 4].map(|bit| if turn & bit == 0 { 1.0 } else { -1.0 }));
+        let [x, y, z] = octant.map(|axis| axis * sign);
+        let corners = if sign.element_product() > 0.0 { [x, y, z] } else { [x, z, y] };
+        let mut facets = vec![corners];
+        for _ in 0..2 {
+            facets = (facets.into_iter())
+                .flat_map(|[a, b, c]| {
+                    let [d, e, f] = [(a + b), (b + c), (c + a)].map(Vec3::normalize);
+                    [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+                })
+                .collect();
+        }
+        for corners in facets {
+            let first = ball.positions.len() as u32;
+            ball.positions.extend(corners.map(|c| c * 5.0));
+            let [a, b, c] = corners;
+            ball.triangles.push(scene::Triangle {
+                vertices: [first, first + 1, first + 2],
+                uv: [[0.0; 2], [1.0, 0.0], [0.0, 1.0]],
+                normal: (b - a).cross(c - a).normalize(),
+                material: white,
+                face: 0,
+            });
+        }
+    }
+    ball.first_see_through = ball.triangles.len();
+    ball.make_smooth();
+    assert_eq!(ball.normals.len(), 1);
+    scene.meshes.push(ball);
+    let place = odd_turn() * Affine3A::from_translation(Vec3::new(4.0, -3.0, 2.0));
+    scene.instances.push(scene::Instance::new(scene.meshes.len() - 1, place, "ball"));
+    gallery::builder::list_emitters(&mut scene);
+    let scene = Arc::new(scene.completed());
+    assert!(scene.features.smooth_normals);
+    // Nothing but the ball is in the picture, to near its rim.
+    let at = Vec3::from(place.translation);
+    let mut view = probe(at + Vec3::new(-20.0, 3.0, 7.0), at);
+    view.fov_deg = 20.0;
+    let albedo = f64::from(scene::material::MAX_ALBEDO);
+    let mut means = Vec::new();
+    for estimator in [Estimator::Naive, Estimator::Uniform, Estimator::Mis] {
+        let film = render(&scene, &settings(view.clone(), 16, estimator, 2), 256);
+        if estimator == Estimator::Naive {
+            for p in &film.beauty {
+                assert!(f64::from(p[0]) < albedo * 1.000_01, "{p:?}");
+            }
+        }
+        let mean = film.mean_radiance()[0];
+        assert!(mean > 0.96 * albedo && mean < albedo, "{}: {mean}", estimator.name());
+        means.push(mean);
+    }
+    let spread = means.iter().fold(0.0_f64, |m, x| m.max((x - means[0]).abs()));
+    assert!(spread < 5e-3, "{means:?}");
+}
+
 #[test]
 fn a_rectangle_lights_a_plane_by_its_form_factor() {
     let (height, half, emitted) = (30.0, [25.0, 15.0], 3.0);

@@ -3,6 +3,7 @@
 use crate::builder::list_emitters;
 use crate::scenes::{room, room_view};
 use glam::{Affine3A, Vec3};
+use scene::smooth::PackedNormal;
 use scene::{
     Emitters, Frame, Instance, Material, MaterialId, Mesh, PointLight, PoseBlend, Scene, SeenBy,
     Texture, TextureId, Triangle,
@@ -64,7 +65,29 @@ fn blob(poses: &[[f32; 3]], material: MaterialId, skins: Vec<MaterialId>) -> Mes
         positions,
         poses: if poses.len() > 1 { poses } else { Vec::new() },
         skins,
+        ..Mesh::default()
     }
+}
+
+/// The moving room, in which the blob and the door are shaded as ellipsoids.
+#[must_use]
+pub fn smooth_room() -> Arc<Scene> {
+    let mut scene = Arc::unwrap_or_clone(moving_room());
+    for mesh in &mut scene.meshes[BLOB..=DOOR] {
+        let rigid = [mesh.positions.clone()];
+        let poses = if mesh.poses.is_empty() {
+            &rigid[..]
+        } else {
+            &mesh.poses
+        };
+        // Vertices lie on the axes: there the normals are theirs.
+        let normals = |pose: &Vec<Vec3>| {
+            let of = |t: &Triangle| t.vertices.map(|v| PackedNormal::new(pose[v as usize]));
+            mesh.triangles.iter().map(of).collect()
+        };
+        mesh.normals = poses.iter().map(normals).collect();
+    }
+    Arc::new(scene.for_frames())
 }
 
 fn plain(scene: &mut Scene, grey: u8, emitted: f32) -> MaterialId {

@@ -18,6 +18,8 @@ pub(crate) struct Bsdf {
     normal: DVec3,
     /// Unit normal of the face, on the viewer's side.
     face: DVec3,
+    /// Unit normal of the round surface that a facet stands for, on the viewer's side.
+    round: Option<DVec3>,
     wo: DVec3,
     /// Albedo of the Lambertian body.
     body: DVec3,
@@ -69,6 +71,7 @@ impl Bsdf {
         let mut out = Self {
             normal,
             face,
+            round: None,
             wo,
             body: base,
             gloss: None,
@@ -100,6 +103,25 @@ impl Bsdf {
         out
     }
 
+    /// The same on a facet that stands for a round surface with this unit normal on the viewer's side.
+    pub fn rounded(self, round: Option<DVec3>) -> Self {
+        Self { round, ..self }
+    }
+
+    /// What is left of the light from `wi` that the facet hides and the round surface does not: it goes to 0 at the
+    /// horizon of the facet, smoothly, instead of ending there (Chiang, Li and Burley, "Taming the Shadow
+    /// Terminator", 2019).
+    fn terminator(&self, wi: DVec3) -> f64 {
+        let Some(round) = self.round else { return 1.0 };
+        let seen = round.dot(wi) * round.dot(self.face);
+        let ratio = self.face.dot(wi);
+        if seen <= 0.0 || ratio >= seen {
+            return 1.0;
+        }
+        let ratio = ratio / seen;
+        ratio * (1.0 + ratio * (1.0 - ratio))
+    }
+
     /// Whether it reflects nothing, in no direction.
     pub fn is_black(&self) -> bool {
         self.body == DVec3::ZERO && self.gloss.is_none()
@@ -121,7 +143,7 @@ impl Bsdf {
                 * fresnel
                 * (distribution(self.normal, half, g.width) * shadowing / (4.0 * cos_wo))
         });
-        eval_diffuse(self.body) * cos + facets
+        (eval_diffuse(self.body) * cos + facets) * self.terminator(wi)
     }
 
     /// Density per steradian with which [`Self::sample`] gives `wi`.
@@ -357,18 +379,24 @@ mod tests {
             let normal = DVec3::new(tilt.sin(), 0.0, tilt.cos());
             for cos in [0.05, 0.4, 0.95] {
                 for wo in [at(cos), at(cos) * DVec3::new(-1.0, 1.0, 1.0)] {
-                    let bsdf = Bsdf::new(DVec3::ONE, None, DVec3::Z, normal, wo);
-                    assert!(bsdf.normal.dot(wo) > 0.0);
-                    let mut sum = 0.0;
-                    for i in 0..64 {
-                        for j in 0..64 {
-                            let u = [i, j].map(|k| (f64::from(k) + 0.5) / 64.0);
-                            let sample = bsdf.sample(u, || 0.5);
-                            sum += sample.weight.x;
-                            assert!(sample.direction.z > 0.0 || sample.weight == DVec3::ZERO);
+                    let bent = Bsdf::new(DVec3::ONE, None, DVec3::Z, normal, wo);
+                    assert!(bent.normal.dot(wo) > 0.0);
+                    let rounded = bent.rounded(Some(normal));
+                    let [bent, rounded] = [bent, rounded].map(|bsdf| {
+                        let mut sum = 0.0;
+                        for i in 0..64 {
+                            for j in 0..64 {
+                                let u = [i, j].map(|k| (f64::from(k) + 0.5) / 64.0);
+                                let sample = bsdf.sample(u, || 0.5);
+                                sum += sample.weight.x;
+                                assert!(sample.direction.z > 0.0 || sample.weight == DVec3::ZERO);
+                            }
                         }
-                    }
-                    assert!(sum / 4096.0 <= 1.0 + 1e-12);
+                        sum / 4096.0
+                    });
+                    assert!(rounded <= bent && bent <= 1.0 + 1e-12);
+                    // What a facet takes away is little where it is little tilted.
+                    assert!(tilt > 0.5 || rounded > 0.9 * bent, "{rounded} of {bent}");
                 }
             }
         }

@@ -79,6 +79,13 @@ pub(crate) fn check(scene: &Scene) -> Result<(), Error> {
         }),
         "a mesh's poses do not fit it, or a skin does not exist",
     )?;
+    ensure(
+        scene.meshes.iter().all(|m| {
+            let of_poses = m.normals.is_empty() || m.normals.len() == m.poses.len().max(1);
+            of_poses && m.normals.iter().all(|n| n.len() == m.triangles.len())
+        }),
+        "a mesh's normals do not fit it",
+    )?;
     (scene.instances.iter())
         .try_for_each(|i| scene.check_instance(i))
         .map_err(Error::InvalidScene)?;

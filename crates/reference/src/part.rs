@@ -72,6 +72,9 @@ pub(crate) struct Part {
     pub infos: Vec<TriangleInfo>,
     /// By slot, the grid of baked light; empty if the scene has none.
     pub baked: Vec<BakedTriangle>,
+    /// By slot, the normals that its corners are shaded with, to the front, world space, of any length; 0 where it is
+    /// flat. Empty if all are.
+    pub smooth: Vec<[DVec3; 3]>,
     /// By triangle in the order of instances and triangles, the slot.
     pub slots: Vec<u32>,
     /// By slot, the triangle in that order.
@@ -93,7 +96,12 @@ impl Part {
         let mut packed = Vec::with_capacity(count);
         let mut infos = Vec::with_capacity(count);
         let mut baked = Vec::new();
+        let mut smooth = Vec::new();
         for (mesh, instance, grids) in placed {
+            if !mesh.normals.is_empty() {
+                smooth.resize(infos.len(), [DVec3::ZERO; 3]);
+                smooth.extend(corner_normals(mesh, instance));
+            }
             place(mesh, instance, &mut packed, &mut infos)?;
             baked.extend_from_slice(grids.unwrap_or_default());
         }
@@ -102,12 +110,17 @@ impl Part {
         for (slot, &index) in (0..).zip(&order) {
             slots[index as usize] = slot;
         }
+        if !smooth.is_empty() {
+            smooth.resize(count, [DVec3::ZERO; 3]);
+            smooth = order.iter().map(|&i| smooth[i as usize]).collect();
+        }
         let has_light = baked.len() == count;
         let grids = order.iter().take(if has_light { count } else { 0 });
         Ok(Self {
             baked: grids.map(|&i| baked[i as usize]).collect(),
             infos: order.iter().map(|&i| infos[i as usize]).collect(),
             sources: vec![NO_EMITTER; count],
+            smooth,
             triangles: order,
             bvh,
             slots,
@@ -117,6 +130,26 @@ impl Part {
     }
 }
 
+/// Normals that the corners of an instance's triangles are shaded with, world space, of any length.
+fn corner_normals(mesh: &Mesh, instance: &Instance) -> impl Iterator<Item = [DVec3; 3]> {
+    let normal_matrix = linear(instance).inverse().transpose();
+    (0..mesh.triangles.len()).map(move |triangle| {
+        let local = mesh.corner_normals(triangle, instance.pose);
+        local.map_or([DVec3::ZERO; 3], |n| {
+            n.map(|n| normal_matrix * n.as_dvec3())
+        })
+    })
+}
+
+/// The transform without its translation.
+fn linear(instance: &Instance) -> DMat3 {
+    DMat3::from_cols(
+        instance.transform.matrix3.x_axis.as_dvec3(),
+        instance.transform.matrix3.y_axis.as_dvec3(),
+        instance.transform.matrix3.z_axis.as_dvec3(),
+    )
+}
+
 /// Adds the triangles of an instance.
 fn place(
     mesh: &Mesh,
@@ -124,11 +157,7 @@ fn place(
     packed: &mut Vec<PackedTriangle>,
     infos: &mut Vec<TriangleInfo>,
 ) -> Result<(), Error> {
-    let matrix = DMat3::from_cols(
-        instance.transform.matrix3.x_axis.as_dvec3(),
-        instance.transform.matrix3.y_axis.as_dvec3(),
-        instance.transform.matrix3.z_axis.as_dvec3(),
-    );
+    let matrix = linear(instance);
     let translation = Vec3::from(instance.transform.translation).as_dvec3();
     let normal_matrix = matrix.inverse().transpose();
     // Rounded to f32 once per vertex, so that neighbours still share it.

@@ -401,17 +401,29 @@ impl World {
             specular: f64::from(gloss.specular),
         });
         let face = point.facing_normal();
+        let smooth = self.smooth_normal(point);
         let bent = material.finish.normals.and_then(|id| {
             let [x, y, z, _] = texel(id).map(|byte| (f64::from(byte) - 128.0) / 127.0);
-            self.along_texture(point, DVec3::new(x, -y, z.max(LEAST_RISE)))
+            let up = smooth.unwrap_or(point.normal);
+            self.along_texture(point, up, DVec3::new(x, -y, z.max(LEAST_RISE)))
         });
-        let normal = bent.map_or(face, |n| if point.front { n } else { -n });
-        Bsdf::new(albedo, gloss, face, normal, wo)
+        let normal = bent.or(smooth);
+        let facing = |n: DVec3| if point.front { n } else { -n };
+        let normal = normal.map_or(face, facing);
+        Bsdf::new(albedo, gloss, face, normal, wo).rounded(smooth.map(facing))
     }
 
-    /// A unit vector along `u`, `v` and the normal of a point's triangle, in world space; `None` if
-    /// its texture coordinates span nothing.
-    fn along_texture(&self, point: &SurfacePoint<'_>, v: DVec3) -> Option<DVec3> {
+    /// Unit normal to the front that a facet of a model is shaded with, in world space; `None` if it is flat.
+    fn smooth_normal(&self, point: &SurfacePoint<'_>) -> Option<DVec3> {
+        let part = &self.parts[point.place.part as usize];
+        let corners = part.smooth.get(point.place.slot as usize)?;
+        let [a, b, c] = point.weights;
+        (corners[0] * a + corners[1] * b + corners[2] * c).try_normalize()
+    }
+
+    /// A unit vector along `u`, `v` of a point's triangle and the unit normal `up` to its front, in world space; `None`
+    /// if its texture coordinates span nothing.
+    fn along_texture(&self, point: &SurfacePoint<'_>, up: DVec3, v: DVec3) -> Option<DVec3> {
         let [a, b, c] = self.corners(point.place);
         let [p, q, r] = self.uv_of(point.place);
         let (uv, wx) = (DMat2::from_cols(q - p, r - p), [b - a, c - a]);
@@ -422,9 +434,9 @@ impl World {
         let inverse = uv.inverse();
         let [along, down] = [inverse.x_axis, inverse.y_axis].map(|w| {
             let direction = wx[0] * w.x + wx[1] * w.y;
-            (direction - point.normal * direction.dot(point.normal)).try_normalize()
+            (direction - up * direction.dot(up)).try_normalize()
         });
-        (along? * v.x + down? * v.y + point.normal * v.z).try_normalize()
+        (along? * v.x + down? * v.y + up * v.z).try_normalize()
     }
 
     fn is_hole(&self, hit: &Hit) -> bool {

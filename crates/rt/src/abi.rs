@@ -346,6 +346,14 @@ abi! {
             posed: uint,
             /// Probability with which light sampling chooses it, of instances that move.
             probability: float,
+            /// 1 if its facets are shaded as round.
+            smooth_shaded: uint,
+            /// Added to a triangle's index, a third of where its normals stand in the one pose.
+            normals_from: uint,
+            /// The same in the other pose.
+            normals_to: uint,
+            /// How far it is from the one to the other.
+            fraction: float,
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uint,
         }
@@ -591,6 +599,8 @@ abi! {
             posed_corners: CornerRef,
             /// Where the corners of loose triangles were, if they moved.
             loose_corners: CornerRef,
+            /// Normals of triangles' corners in poses, octahedral coordinates.
+            normals: NumberRef,
             /// What emits and moves.
             moving_lights: MovingLightRef,
             /// Spheres among it.
@@ -773,7 +783,7 @@ mod tests {
         // Elements of arrays that are read at a 16-byte alignment.
         assert_eq!(size_of::<Triangle>(), 80);
         assert_eq!(size_of::<Instance>(), 64);
-        assert_eq!(size_of::<Figure>(), 16);
+        assert_eq!(size_of::<Figure>(), 32);
         assert_eq!(size_of::<Past>(), 64);
         assert_eq!(size_of::<MovingLight>(), 32);
         assert_eq!(size_of::<Material>(), 32);

@@ -2,6 +2,7 @@
 
 use crate::material::MaterialId;
 use crate::mesh::{Mesh, PoseBlend, Triangle};
+use crate::smooth::PackedNormal;
 use bsp::Cycle;
 use bsp::mdl::Mdl;
 use bsp::posed::PosedSurface;
@@ -176,10 +177,14 @@ impl AliasModel {
     #[must_use]
     pub fn posed(&self, pose: PoseBlend, material: MaterialId) -> Mesh {
         let positions = self.mesh.posed(pose).into_owned();
-        let triangles: Vec<Triangle> = (self.mesh.triangles.iter())
-            .filter_map(|t| {
+        let mut normals = Vec::new();
+        let triangles: Vec<Triangle> = (self.mesh.triangles.iter().enumerate())
+            .filter_map(|(number, t)| {
+                let normal = facet(&positions, t.vertices)?;
+                let smooth = self.mesh.corner_normals(number, pose);
+                normals.extend(smooth.map(|n| n.map(PackedNormal::new)));
                 Some(Triangle {
-                    normal: facet(&positions, t.vertices)?,
+                    normal,
                     material,
                     ..*t
                 })
@@ -190,6 +195,11 @@ impl AliasModel {
             positions,
             first_see_through: triangles.len(),
             triangles,
+            normals: if normals.is_empty() {
+                Vec::new()
+            } else {
+                vec![normals]
+            },
             ..Mesh::default()
         }
     }

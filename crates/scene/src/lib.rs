@@ -29,6 +29,7 @@ pub mod mesh;
 pub mod playback;
 pub mod render;
 pub mod sky;
+pub mod smooth;
 pub mod sprite;
 pub mod timeline;
 
@@ -143,6 +144,8 @@ pub struct Features {
     pub instances: bool,
     /// Instances are in poses between those of their mesh.
     pub poses: bool,
+    /// Instances have facets that are shaded as round.
+    pub smooth_normals: bool,
     /// Instances show other materials than their mesh has.
     pub skins: bool,
     /// Instances are met by some rays alone.
@@ -228,6 +231,11 @@ impl Features {
                 self.poses,
                 "poses",
                 "models in poses: vertices blended, facets' normals from their corners",
+            ),
+            (
+                self.smooth_normals,
+                "smooth normals",
+                "models whose facets are shaded as round",
             ),
             (self.skins, "skins", "models that show another skin"),
             (
@@ -350,6 +358,11 @@ impl Scene {
                 .iter()
                 .any(|i| !self.meshes[i.mesh].poses.is_empty())
                 || frames && self.meshes.iter().any(|m| !m.poses.is_empty()),
+            smooth_normals: self
+                .instances
+                .iter()
+                .any(|i| !self.meshes[i.mesh].normals.is_empty())
+                || frames && self.meshes.iter().any(|m| !m.normals.is_empty()),
             skins: self.instances.iter().any(|i| i.material.is_some()) || frames,
             masks: self.instances.iter().any(|i| i.seen_by != SeenBy::ALL) || frames,
             frames,

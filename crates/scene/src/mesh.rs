@@ -1,6 +1,7 @@
 //! Triangle meshes and their placement.
 
 use crate::material::MaterialId;
+use crate::smooth::PackedNormal;
 use glam::{Affine3A, DVec3, Vec3};
 use std::borrow::Cow;
 
@@ -42,6 +43,9 @@ pub struct Mesh {
     /// Poses that instances blend between, each as long as [`Mesh::positions`], which is the first
     /// of them. Empty: the mesh is rigid.
     pub poses: Vec<Vec<Vec3>>,
+    /// Normals that its facets are shaded with: for each pose (one, if it has none) those of the corners of all
+    /// triangles, to the front, local space. Empty: it is shaded flat. The world is.
+    pub normals: Vec<Vec<[PackedNormal; 3]>>,
     /// Materials that an instance may show instead of those of the triangles ([`Instance::material`])
     /// and still be chosen as a light.
     pub skins: Vec<MaterialId>,

@@ -82,6 +82,13 @@ mod tests {
             assert!(cast.models.contains_key(name), "{name}");
         }
         assert!(matches!(cast.models["maps/sample.bsp"], CastModel::Level));
+        assert!(scene.features.smooth_normals);
+        let flat = ImportOptions {
+            smooth_models: false,
+            ..options
+        };
+        let (flat, _) = import_cast(&level, &palette, &files, &flat, parts.list()).unwrap();
+        assert!(!flat.features.smooth_normals);
 
         // What happens: it walks, throws, hits, is bitten; the door and the plat move.
         let at = |t: f64| timeline.state_at(t, &Options::default()).unwrap();

@@ -149,6 +149,10 @@ impl PictureArgs {
                 "modelReplacements",
                 Note::Int((!self.scene.surfaces.original_models).into()),
             ),
+            (
+                "smoothModels",
+                Note::Int((!self.scene.surfaces.flat_models).into()),
+            ),
             ("clamp", Note::Text(clamp(settings, film))),
             ("nonfinite", Note::Int(film.counters.nonfinite as i64)),
             ("escaped", Note::Int(film.counters.escaped as i64)),

@@ -18,6 +18,10 @@ pub(super) const LOOSE: abi::Figure = abi::Figure {
     skin: abi::NO_SKIN,
     posed: 0,
     probability: 0.0,
+    smooth_shaded: 0,
+    normals_from: 0,
+    normals_to: 0,
+    fraction: 0.0,
     padding: 0,
 };
 

@@ -64,6 +64,8 @@ struct Part {
     index_base: u64,
     /// Bounds in all poses, local space.
     bounds: (Vec3, Vec3),
+    /// First of its triangles in its first pose among those with normals, if it is shaded as round.
+    first_normals: Option<u32>,
 }
 
 impl GpuScene {
@@ -76,6 +78,7 @@ impl GpuScene {
         let mut positions: Vec<[f32; 3]> = Vec::new();
         let mut indices: Vec<[u32; 3]> = Vec::new();
         let mut triangles: Vec<abi::Triangle> = Vec::with_capacity(scene.triangle_count());
+        let mut normals: Vec<[u32; 3]> = Vec::new();
         let mut parts = Vec::with_capacity(scene.meshes.len());
         for mesh in &scene.meshes {
             parts.push(Part {
@@ -87,7 +90,9 @@ impl GpuScene {
                     .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
                         (low.min(p), high.max(p))
                     }),
+                first_normals: (!mesh.normals.is_empty()).then_some(normals.len() as u32),
             });
+            normals.extend(packed_normals(mesh));
             positions.extend(mesh.positions.iter().map(Vec3::to_array));
             for t in &mesh.triangles {
                 let t = wound(mesh, t);
@@ -148,6 +153,7 @@ impl GpuScene {
         let sun_buffer = staging.add(device, "suns", Usage::STORAGE_BUFFER, &suns)?;
         let materials = staging.add(device, "materials", Usage::STORAGE_BUFFER, &materials)?;
         let finishes = staging.add(device, "finishes", Usage::STORAGE_BUFFER, &finishes)?;
+        let normals = staging.add(device, "normals", Usage::STORAGE_BUFFER, &normals)?;
         let table = match scene.features.gloss {
             true => scene::gloss::table(),
             false => &[],
@@ -190,6 +196,7 @@ impl GpuScene {
             triangles: triangles.address(),
             materials: materials.address(),
             finishes: finishes.address(),
+            normals: normals.address(),
             gloss_table: gloss_table.address(),
             emitters: emitter_list.address(),
             sources: sources.address(),
@@ -292,6 +299,7 @@ impl GpuScene {
                 baked_samples,
                 materials,
                 finishes,
+                normals,
                 gloss_table,
                 cell_nodes,
                 cells,
@@ -320,6 +328,20 @@ impl GpuScene {
         let (min, max) = (self.bounds.0.min(eye), self.bounds.1.max(eye));
         (max - min).length() * 1.01 + 1.0
     }
+}
+
+/// Normals of a mesh's triangles in all poses, each with its corners in the order of [`wound`].
+fn packed_normals(mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> + '_ {
+    (mesh.normals.iter()).flat_map(|pose| {
+        pose.iter().zip(&mesh.triangles).map(|(normals, t)| {
+            let [a, b, c] = normals.map(|n| n.0);
+            if wound(mesh, t).vertices == t.vertices {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            }
+        })
+    })
 }
 
 /// The triangle with its corners counter-clockwise about its normal: in slivers the order of the

@@ -1,10 +1,11 @@
 //! What a moment of a scene has: everything that frames change, in one buffer that is written at once.
 
 use super::loose::LOOSE;
-use super::poses::Posed;
+use super::poses::{self, Posed};
 use super::{GpuScene, finish, light, material, placement};
 use crate::abi;
 use crate::vk::{Buffer, Error, Location, Recording, Tlas, TlasInstance, Usage};
+use bytemuck::Zeroable as _;
 use glam::{Affine3A, Vec3};
 use scene::emitter::{MovingLight, MovingLights};
 use scene::frame::Past;
@@ -132,7 +133,7 @@ impl GpuScene {
                         .wrapping_sub(self.parts[instance.mesh].triangle_base)
                 }),
                 probability: probabilities[number],
-                padding: 0,
+                ..self.shading(instance)
             })
             .collect();
         // The loose triangles are an instance behind the others.
@@ -225,6 +226,24 @@ impl GpuScene {
             r.copy(&staged, &self.moment, (0, 0), size);
             Ok(())
         })
+    }
+
+    /// Which normals an instance is shaded with; the rest is 0.
+    fn shading(&self, instance: &Instance) -> abi::Figure {
+        let part = &self.parts[instance.mesh];
+        let Some(first) = part.first_normals else {
+            return abi::Figure::zeroed();
+        };
+        let (_, from, to, fraction) = poses::key(instance);
+        let triangles = self.scene.meshes[instance.mesh].triangles.len() as u32;
+        let of_pose = |pose: u32| (first + pose * triangles).wrapping_sub(part.triangle_base);
+        abi::Figure {
+            smooth_shaded: 1,
+            normals_from: of_pose(from),
+            normals_to: of_pose(to),
+            fraction: f32::from_bits(fraction),
+            ..abi::Figure::zeroed()
+        }
     }
 
     /// The record of an instance.

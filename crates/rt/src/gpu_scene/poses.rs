@@ -38,7 +38,7 @@ struct Slot {
 }
 
 /// A mesh and a pose, with the fraction as bits.
-type Key = (usize, u32, u32, u32);
+pub(super) type Key = (usize, u32, u32, u32);
 
 /// Where an instance in a pose is.
 #[derive(Clone)]
@@ -65,7 +65,8 @@ pub(super) struct Poses {
     scratch: Scratch,
 }
 
-fn key(instance: &Instance) -> Key {
+/// What an instance shows; a pose alone is on its way to itself.
+pub(super) fn key(instance: &Instance) -> Key {
     let PoseBlend { from, to, fraction } = instance.pose;
     if fraction == 0.0 || from == to {
         return (instance.mesh, from, from, 0);

@@ -166,6 +166,8 @@ pub struct ImportOptions {
     pub replacements: bool,
     /// Whether MD3 and MD5 models stand for the alias models they are beside, in [`Lighting::Physical`].
     pub model_replacements: bool,
+    /// Whether facets of alias models are shaded as round ([`crate::Mesh::make_smooth`]), in [`Lighting::Physical`].
+    pub smooth_models: bool,
     /// Fog in place of the level's, in [`Lighting::Physical`]; `None` is the level's.
     pub fog: Option<FogKeys>,
     /// Share of the sky that is fogged, 0 to 1, in place of the level's.
@@ -196,6 +198,7 @@ impl Default for ImportOptions {
             materials: rules::Rules::default(),
             replacements: true,
             model_replacements: true,
+            smooth_models: true,
             fog: None,
             sky_fog: None,
             skybox: None,

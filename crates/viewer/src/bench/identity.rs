@@ -206,12 +206,16 @@ fn hash_mesh(h: &mut Hasher, mesh: &Mesh) {
         triangles,
         first_see_through,
         poses,
+        normals,
         // What they look like is said by the instances that show them.
         skins: _,
     } = mesh;
     h.int(positions.len() as u64);
     for p in positions.iter().chain(poses.iter().flatten()) {
         h.floats(p.to_array());
+    }
+    for normal in normals.iter().flatten().flatten() {
+        h.int(normal.0.into());
     }
     h.int(*first_see_through as u64).int(triangles.len() as u64);
     for Triangle {

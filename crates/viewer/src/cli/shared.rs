@@ -257,6 +257,9 @@ pub struct SurfaceArgs {
     /// Show alias models themselves where MD3 or MD5 models stand for them
     #[arg(long, help_heading = "Surfaces")]
     pub original_models: bool,
+    /// Shade the facets of models flat, not as parts of a round surface
+    #[arg(long, help_heading = "Surfaces")]
+    pub flat_models: bool,
 }
 
 impl SurfaceArgs {
@@ -292,6 +295,7 @@ impl SceneArgs {
             materials: self.surfaces.rules()?,
             replacements: !self.surfaces.no_textures,
             model_replacements: !self.surfaces.original_models,
+            smooth_models: !self.surfaces.flat_models,
             time: self.at as f32,
             threshold: self.threshold as f32,
             emission_scale: self.emission_scale as f32,

@@ -333,6 +333,7 @@ impl Line {
         }
         line.switch("--no-textures", scene.surfaces.no_textures);
         line.switch("--original-models", scene.surfaces.original_models);
+        line.switch("--flat-models", scene.surfaces.flat_models);
         line.changed("--layers", [&picture.layers, &usual.layers], |list| {
             let names: Vec<_> = list.0.iter().map(|l| l.name()).collect();
             names.join(",")
@@ -420,6 +421,7 @@ mod tests {
                 "default",
                 "--no-textures",
                 "--original-models",
+                "--flat-models",
             ],
             vec![
                 "--deathmatch",
@@ -550,7 +552,7 @@ mod tests {
             adaptive depth estimator selection lighting candidates clamp sampler seed size camera fov \
             aperture focus camera_path \
             at lights threshold emission_scale styles fog skyfog no_entities skill deathmatch materials \
-            no_textures original_models";
+            no_textures original_models flat_models";
         let known: Vec<&str> = known.split_whitespace().collect();
         let of_demo = [
             "demo", "fps", "from", "to", "frames", "shutter", "resume", "unseen", "no_tint",

@@ -15,6 +15,7 @@ pub(super) fn describe(file: &str, source: Source, args: &Info) -> Result<Map<St
         materials: args.surfaces.rules()?,
         replacements: !args.surfaces.no_textures,
         model_replacements: !args.surfaces.original_models,
+        smooth_models: !args.surfaces.flat_models,
         light_lists: false,
         ..ImportOptions::default()
     };

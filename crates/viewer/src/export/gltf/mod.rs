@@ -450,6 +450,11 @@ fn reasons(job: &Job<'_>) -> Vec<Reason> {
             "see-through surfaces",
             "light passes through them without being mirrored, tinted or absorbed",
         ),
+        (
+            features.smooth_normals,
+            "smooth normals",
+            "the facets of models are shaded flat",
+        ),
         (features.fog, "fog", "there is no fog"),
         (
             job.settings.camera.lens.is_some(),

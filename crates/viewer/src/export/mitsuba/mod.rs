@@ -68,6 +68,13 @@ pub fn write(job: &Job<'_>, target: &Path) -> Result<Exported> {
             visible: true,
         });
     }
+    if scene.features.smooth_normals {
+        reasons.push(Reason {
+            what: "smooth normals",
+            why: "the facets of models are shaded flat".into(),
+            visible: true,
+        });
+    }
     let flames = scene.instances.iter().filter(|i| !i.seen_by.others());
     let flames = flames.count();
     if flames > 0 {

@@ -321,6 +321,10 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         ui.checkbox(&mut replaced, "replacement models")
             .on_hover_text("MD3 and MD5 models in place of alias models");
         surfaces.original_models = !replaced;
+        let mut smooth = !surfaces.flat_models;
+        ui.checkbox(&mut smooth, "smooth models")
+            .on_hover_text("facets of models are shaded as parts of a round surface");
+        surfaces.flat_models = !smooth;
         let mut families = surfaces.materials.iter().any(|m| m == "default");
         if ui
             .checkbox(&mut families, "materials of common textures")
