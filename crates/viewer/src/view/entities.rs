@@ -36,16 +36,19 @@ pub fn of_instances(instances: &[Instance], meshes: &[Mesh], level: &Level) -> V
     instances.iter().enumerate().map(find).collect()
 }
 
-/// The light entity at a place; lamps are moved a little where they lie in solid.
+/// The light entity at a place, of several the one with this style; lamps are moved a little where they lie in
+/// solid.
 #[must_use]
-pub fn lamp_at(level: &Level, at: Vec3) -> Option<usize> {
-    /// Farther is another one.
-    const MOVED: f32 = 8.0;
+pub fn lamp_at(level: &Level, at: Vec3, style: u16) -> Option<usize> {
+    /// Farther is another one: lamps beside walls are moved out by up to 16 units.
+    const MOVED: f32 = 24.0;
     let distance = |e: &Entity| at.distance(Vec3::from(e.origin()));
     (level.entities.iter().enumerate())
-        .filter(|(_, e)| e.classname().starts_with("light"))
-        .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
-        .filter(|(_, e)| distance(e) <= MOVED)
+        .filter(|(_, e)| e.classname().starts_with("light") && distance(e) <= MOVED)
+        .min_by(|(_, a), (_, b)| {
+            let is_other = |e: &Entity| style_of(e) != style;
+            (is_other(a).cmp(&is_other(b))).then_with(|| distance(a).total_cmp(&distance(b)))
+        })
         .map(|(i, _)| i)
 }
 
@@ -58,10 +61,18 @@ pub fn styles_of(level: &Level) -> Vec<(u16, usize)> {
         .iter()
         .filter(|e| e.classname().starts_with("light"));
     for lamp in lamps {
-        let style = lamp.int("style").and_then(|s| u16::try_from(s).ok());
-        *styles.entry(style.unwrap_or(0)).or_insert(0) += 1;
+        *styles.entry(style_of(lamp)).or_insert(0) += 1;
     }
     styles.into_iter().collect()
+}
+
+/// The light style of a lamp, as the import takes it.
+fn style_of(lamp: &Entity) -> u16 {
+    match lamp.int("style").or(lamp.int("_style")) {
+        Some(style) => u16::try_from(style).unwrap_or(0),
+        None if lamp.classname() == "light_fluorospark" => 10,
+        None => 0,
+    }
 }
 
 /// Whether a word is in one of an entity's keys or values; of `key=value` both must be.
@@ -152,6 +163,32 @@ mod tests {
             assert!(eye.position.distance(place) <= AWAY);
         }
         assert!(looked_at > 5, "{looked_at}");
+    }
+
+    #[test]
+    fn of_two_lamps_in_one_place_the_style_decides() {
+        let mut level = level();
+        let mut lamps = (level.entities.iter()).filter(|e| e.classname().starts_with("light"));
+        let lamp = lamps.next_back().cloned().expect("a lamp");
+        let at = Vec3::from(lamp.origin());
+        let found = lamp_at(&level, at + Vec3::X, style_of(&lamp)).expect("the lamp");
+        assert_eq!(level.entities[found].origin(), lamp.origin());
+        level.entities.push(lamp);
+        assert_eq!(
+            lamp_at(&level, at, 0),
+            Some(found),
+            "the first of two alike"
+        );
+        assert_eq!(
+            lamp_at(&level, at + Vec3::X * 100.0, 0).filter(|&i| i == found),
+            None
+        );
+        let styles = styles_of(&level);
+        let lamps = level
+            .entities
+            .iter()
+            .filter(|e| e.classname().starts_with("light"));
+        assert_eq!(styles.iter().map(|(_, n)| n).sum::<usize>(), lamps.count());
     }
 
     #[test]

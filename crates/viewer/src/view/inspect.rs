@@ -134,7 +134,7 @@ fn name_of(share: &Share, probe: &Probe, subject: &Subject) -> String {
     let (scene, level) = (probe.scene(), &subject.loaded.level);
     let material = |id: scene::MaterialId| scene.materials[id.0 as usize].name.as_str();
     match share.luminary {
-        Luminary::Lamp(_) => match entities::lamp_at(level, share.at.as_vec3()) {
+        Luminary::Lamp(_) => match entities::lamp_at(level, share.at.as_vec3(), share.style) {
             Some(number) => {
                 let entity = &level.entities[number];
                 format!("{} (entity {number})", entity.classname())

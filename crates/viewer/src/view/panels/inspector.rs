@@ -141,6 +141,7 @@ fn lights(report: &Report, ui: &mut Ui) {
     let height = below.clamp(64.0, 320.0);
     ScrollArea::vertical()
         .max_height(height)
+        .min_scrolled_height(height)
         .auto_shrink([false, true])
         .show(ui, |ui| {
             Grid::new("lights")
