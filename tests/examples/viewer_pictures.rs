@@ -1,4 +1,5 @@
-//! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE [SAMPLES]]`.
+//! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE [SAMPLES
+//! [NAME]...]]`, all or those of the plain panels that are named.
 
 use clap::Parser as _;
 use runelight::cli::{Cli, Command};
@@ -26,6 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = args.next().ok_or("where to?")?;
     let device = args.next().unwrap_or_else(|| "auto".into());
     let samples = args.next().unwrap_or_else(|| SAMPLES.into());
+    let wanted: Vec<String> = args.collect();
     let words = [
         "runelight",
         "view",
@@ -62,7 +64,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         session.app.add_key();
     }
     for (name, open) in panels {
+        if !wanted.is_empty() && wanted.iter().all(|w| w != name) {
+            continue;
+        }
         shoot(&mut session, Path::new(&folder), name, open)?;
+    }
+    if !wanted.is_empty() {
+        return Ok(());
     }
     looking(&mut session, Path::new(&folder))?;
     session.app.open(Some(SAMPLE_DEMO.into()));
