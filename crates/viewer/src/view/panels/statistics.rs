@@ -11,6 +11,7 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
     let statistics = &app.statistics;
     let [mean, longest] = statistics.frame_ms();
     graph(app, ui, longest.max(GRAPH_MS));
+    curve(app, ui);
     Grid::new("statistics").num_columns(2).show(ui, |ui| {
         let mut line = |name: &str, hint: &str, text: String| {
             ui.label(name).on_hover_text(hint);
@@ -104,7 +105,6 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
             line("Features", "that the shaders have", names.join(", "));
         }
     });
-    curve(app, ui);
     if let Some(stage) = &app.stage {
         let warnings = &stage.scene.report.warnings;
         if !warnings.is_empty() {
