@@ -1,15 +1,22 @@
-//! What does it cost to show a frame? Models in poses, each another one, with loose triangles and lights.
+//! What does it cost to show a frame? Either a hall with models in poses, each another one, with loose
+//! triangles and lights, or the busiest second of a demo.
 //!
-//! `cargo bench -p runelight-tests --bench moving -- [--device TEXT] [--size WxH] [--models N]
-//! [--triangles N] [--loose N] [--lights N] [--frames N]` prints a Markdown table: GPU milliseconds of
-//! each part of a frame, median over the frames, the host's time to show one, and tracing with and
-//! without the models.
+//! `cargo bench -p runelight-tests --bench moving -- [--device TEXT] [--size WxH] [--frames N]` and
+//! `[--models N] [--triangles N] [--loose N] [--lights N]` or `--demo FILE [--data DIR]` prints a
+//! Markdown table: GPU milliseconds of each part of a frame, median over the frames, the host's time to
+//! show one, and tracing with and without what moves.
 
+use clap::Parser as _;
 use glam::{Affine3A, Vec3};
 use rt::{Gpu, PathTracer, Timing};
+use runelight::cli::{Cli, Command};
+use runelight::clip::{Show, Stage};
+use runelight::demo;
 use runelight_tests::builder::{Builder, camera, settings};
 use runelight_tests::devices::{open_named, parse_size};
-use scene::render::{Estimator, Renderer, Settings};
+use runelight_tests::levels;
+use scene::render::{CANDIDATES, Estimator, Renderer, Settings};
+use scene::timeline::Unseen;
 use scene::{Frame, Instance, MaterialId, Mesh, PointLight, PoseBlend, Scene, Triangle};
 use std::error::Error;
 use std::f32::consts::{PI, TAU};
@@ -32,6 +39,8 @@ struct Args {
     loose: u32,
     lights: u32,
     frames: u32,
+    demo: Option<String>,
+    data: String,
 }
 
 fn args() -> Result<Args, Box<dyn Error>> {
@@ -43,6 +52,8 @@ fn args() -> Result<Args, Box<dyn Error>> {
         loose: 2000,
         lights: 8,
         frames: 32,
+        demo: None,
+        data: levels::data().display().to_string(),
     };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -56,6 +67,8 @@ fn args() -> Result<Args, Box<dyn Error>> {
             "--loose" => args.loose = value()?.parse()?,
             "--lights" => args.lights = value()?.parse()?,
             "--frames" => args.frames = value()?.parse()?,
+            "--demo" => args.demo = Some(value()?),
+            "--data" => args.data = value()?,
             other => return Err(format!("unknown option {other}").into()),
         }
     }
@@ -219,33 +232,96 @@ fn run(
     Ok((timings.split_off(warm), host.split_off(warm)))
 }
 
+/// What is shown: frames with what moves, and the same views without.
+struct Played {
+    scene: Arc<Scene>,
+    frames: Vec<Frame>,
+    bare: Vec<Frame>,
+    told: String,
+}
+
+/// The hall with its models.
+fn generated(args: &Args) -> Played {
+    let (scene, spark) = hall(args);
+    let frames: Vec<Frame> = (0..args.frames)
+        .map(|i| frame(&scene, spark, i, args))
+        .collect();
+    let bare = (frames.iter())
+        .map(|f| scene.as_frame(&f.camera, f.time))
+        .collect();
+    let told = format!("{} models in poses, {} lights", args.models, args.lights);
+    Played {
+        scene,
+        frames,
+        bare,
+        told,
+    }
+}
+
+/// A demo from its busiest moment on, at 60 frames a second; without its entities only doors and lifts
+/// are left.
+fn played(name: &str, args: &Args) -> Result<Played, Box<dyn Error>> {
+    let cli = Cli::try_parse_from(["runelight", "demo", name, "--basedir", &args.data])?;
+    let Some(Command::Demo(asked)) = &cli.command else {
+        return Err("not a demo".into());
+    };
+    let timeline = demo::timeline(&demo::read(Some(name), &cli.global)?, &cli.global)?;
+    let busiest = timeline.busiest();
+    let level = timeline.level_at(busiest).ok_or("an empty demo")?;
+    let stage = Stage::load(&timeline, level, &asked.picture, &cli.global)?;
+    let frames = |bare: bool| -> Result<Vec<Frame>, Box<dyn Error>> {
+        let show = Show {
+            timeline: &timeline,
+            unseen: Unseen::Hidden,
+            bare,
+        };
+        (0..args.frames)
+            .map(|i| {
+                let state = show.state(busiest + f64::from(i) / 60.0, level)?;
+                Ok(stage.frame(&state, &timeline)?)
+            })
+            .collect()
+    };
+    Ok(Played {
+        frames: frames(false)?,
+        bare: frames(true)?,
+        scene: stage.scene,
+        told: format!("{name} from {busiest:.2} s"),
+    })
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let args = args()?;
     let (gpu, device) = open_named(&args.device)?;
-    let (scene, spark) = hall(&args);
+    let played = match &args.demo {
+        Some(name) => played(name, &args)?,
+        None => generated(&args),
+    };
+    let (scene, first) = (&played.scene, &played.frames[0]);
     let [width, height] = args.size;
-    let frames: Vec<Frame> = (0..args.frames)
-        .map(|i| frame(&scene, spark, i, &args))
-        .collect();
     let settings = Settings {
         width,
         height,
-        ..settings(frames[0].camera.clone(), 1, Estimator::Mis, DEPTH)
+        candidates: CANDIDATES,
+        ..settings(first.camera.clone(), 1, Estimator::Mis, DEPTH)
     };
-    let triangles: usize = (frames[0].instances[1..].iter())
+    let posed = (first.instances.iter()).filter(|i| !scene.meshes[i.mesh].poses.is_empty());
+    let triangles: usize = (posed.clone())
         .map(|i| scene.meshes[i.mesh].triangles.len())
         .sum();
     println!("Device: {device}\n");
     println!(
-        "{} models in poses, {triangles} triangles; {} loose triangles, {} lights; {width}x{height}, \
-         depth {DEPTH}, 1 sample; medians of {} frames\n",
-        args.models,
-        args.loose,
-        args.lights,
+        "{}: {} instances, {} of them in poses with {triangles} triangles; {} loose triangles, {} \
+         lights; {width}x{height}, depth {DEPTH}, 1 sample; medians of {} frames\n",
+        played.told,
+        first.instances.len(),
+        posed.count(),
+        first.loose.triangles.len(),
+        first.lights.len(),
         args.frames - args.frames / 4,
     );
-    let (timings, host) = run(&gpu, &scene, &settings, &frames)?;
-    let of = |wanted: &dyn Fn(&str) -> bool| {
+    let (timings, host) = run(&gpu, scene, &settings, &played.frames)?;
+    let of = |timings: &[Vec<Timing>], wanted: &dyn Fn(&str) -> bool| {
         let sum = |parts: &Vec<Timing>| {
             let wanted = parts.iter().filter(|t| wanted(t.name));
             wanted.map(|t| t.milliseconds).sum::<f64>()
@@ -254,22 +330,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     println!("| part | ms |\n|---|---|");
     for part in UPDATE {
-        println!("| {part} | {:.3} |", of(&|name| name == part));
+        println!("| {part} | {:.3} |", of(&timings, &|name| name == part));
     }
-    println!("| **update** | {:.3} |", of(&|name| UPDATE.contains(&name)));
-    println!(
-        "| upload moment | {:.3} |",
-        of(&|name| name == "upload moment")
-    );
-    let traced = of(&|name| name == "path trace");
-    println!("| path trace | {traced:.3} |");
+    let update = of(&timings, &|name| UPDATE.contains(&name));
+    println!("| **update** | {update:.3} |");
+    let upload = of(&timings, &|name| name == "upload moment");
+    println!("| upload moment | {upload:.3} |");
+    let trace = |name: &str| name == "path trace";
+    println!("| path trace | {:.3} |", of(&timings, &trace));
     println!("| host: show and record | {:.3} |", median(host));
-    let bare: Vec<Frame> = (frames.iter())
-        .map(|f| scene.as_frame(&f.camera, f.time))
-        .collect();
-    let (timings, _) = run(&gpu, &scene, &settings, &bare)?;
-    let alone = (timings.iter().flatten()).filter(|t| t.name == "path trace");
-    let alone = median(alone.map(|t| t.milliseconds).collect());
-    println!("| path trace without models | {alone:.3} |");
+    let whole = of(&timings, &|_| true);
+    println!("| **whole frame** | {whole:.3} |");
+    let (timings, _) = run(&gpu, scene, &settings, &played.bare)?;
+    println!(
+        "| path trace without what moves | {:.3} |",
+        of(&timings, &trace)
+    );
+    let bare = of(&timings, &|_| true);
+    println!("| **whole frame without what moves** | {bare:.3} |");
+    println!(
+        "\nThe whole frame takes {:.2} times the one without.",
+        whole / bare
+    );
     Ok(())
 }

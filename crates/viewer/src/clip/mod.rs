@@ -16,6 +16,7 @@ pub use audience::{Audience, Reached};
 pub use pattern::Pattern;
 pub use ratio::{Ratio, Steps};
 pub use shutter::Shutter;
+pub use stage::{Show, Stage};
 
 use crate::adaptive::{self, Adaptive};
 use crate::cli::{Demo as Args, PictureArgs};
@@ -32,7 +33,6 @@ use scene::Frame;
 use scene::render::{Counters, Settings};
 use scene::timeline::{State, Timeline, Unseen};
 use serde_json::{Map, Value};
-use stage::{Show, Stage};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::time::{Duration, Instant};
