@@ -92,9 +92,9 @@ float pdf_equiangular(Target t, float d) {
 }
 
 // A light that shines into the fog along a ray, and where: candidates as at surfaces, of which one is kept.
-// Of each, place and light are chosen in one of two ways: the place as fog stops light, then a light as
-// seen from there; or a light as seen from the middle of what fog stops, then the place
-// equiangularly towards it. The density is that of both ways together. `from` is where the stretch of
+// Of half of them, the place is chosen as fog stops light, then a light as seen from there; of the others a
+// light as seen from the middle of what fog stops, then the place equiangularly towards it. The density
+// is that of both ways together. `from` is where the stretch of
 // the ray begins, `end` its length; `gain` lacks what absorbs besides the fog, on the way.
 ChosenLight choose_airlight(vec3 from, vec3 direction, float end, vec3 throughput, uint pixel, uint index,
                             uint dimension) {
@@ -106,16 +106,24 @@ ChosenLight choose_airlight(vec3 from, vec3 direction, float end, vec3 throughpu
     for (uint i = 0u; i < CANDIDATES; ++i) {
         const vec4 u = random4(pixel, index * CANDIDATES + i, dimension, params.seed);
         const vec2 v = random4(pixel, index * CANDIDATES + i, dimension + 1u, params.seed).xy;
-        const bool towards = v.x < 0.5;
+        // By turns, which neighbours on the device take together; chance decides for one without a partner.
+        const bool alone = CANDIDATES % 2u == 1u && i + 1u == CANDIDATES;
+        const bool towards = alone ? v.x < 0.5 : i % 2u == 0u;
         float d = sample_free_path(end, v.y);
-        vec3 at = towards ? middle : from + d * direction;
-        uint cell = towards ? middle_cell : cell_at(at);
+        vec3 at = middle;
+        uint cell = middle_cell;
+        if (!towards) {
+            at = from + d * direction;
+            cell = cell_at(at);
+        }
         Entry entry = choose_entry(cell, at, u.xy);
         if (entry.number == NO_EMITTER) continue;
         const Target target = target_of(entry, u.zw, from, direction, end);
-        if (towards && target.angle > 0.0) d = sample_equiangular(target, end, v.y);
-        at = from + d * direction;
-        cell = cell_at(at);
+        if (towards) {
+            if (target.angle > 0.0) d = sample_equiangular(target, end, v.y);
+            at = from + d * direction;
+            cell = cell_at(at);
+        }
         const float in_middle = probability_of(entry, middle_cell, middle);
         const float probability = probability_of(entry, cell, at);
         if (!(probability > 0.0)) continue;

@@ -10,6 +10,8 @@ struct ChosenLight {
     float along; // where it is scattered in fog: distance along the ray
 };
 
+const ChosenLight NO_LIGHT = ChosenLight(vec3(0.0), 0.0, vec3(0.0), false, NO_EMITTER, 0.0);
+
 // Resampled importance sampling (Talbot, Cline and Egbert, "Importance Resampling for Global
 // Illumination", EGSR 2005): of CANDIDATES light samples one is kept, in proportion to the luminance it
 // would add, and stands for the mean of all. One shadow ray is traced instead of many.
@@ -20,9 +22,8 @@ struct Reservoir {
 };
 
 Reservoir empty_reservoir(uint pixel, uint index, uint dimension) {
-    const ChosenLight none = ChosenLight(vec3(0.0), 0.0, vec3(0.0), false, NO_EMITTER, 0.0);
     const float u = CANDIDATES > 1u ? random4(pixel, index, dimension, params.seed).x : 0.0;
-    return Reservoir(none, 0.0, 0.0, u);
+    return Reservoir(NO_LIGHT, 0.0, 0.0, u);
 }
 
 void offer(inout Reservoir r, ChosenLight light) {

@@ -68,18 +68,36 @@ void add_sampled(inout PathSample path, uint reflections, ChosenLight light, vec
     add_radiance(path, reflections, radiance);
 }
 
-// Adds a light that was sampled, as far as it arrives at `from`. Keeps `hit`.
-void add_light(inout PathSample path, uint reflections, ChosenLight light, vec3 from, uint mask, Medium medium) {
-    if (!(max_component(abs(light.gain)) > 0.0)) return;
-    vec3 arrives;
-    if ((HAS_SUNS || HAS_COMPILER_LIGHTS) && light.sun) {
-        const HitPayload here = hit;
-        arrives = sky_visibility(from, light.wi, mask, medium);
-        hit = here;
-    } else {
-        arrives = visibility(from, light.wi, light.t_max, mask, medium);
+// A light that was chosen, which is still to be looked at.
+struct Connection {
+    ChosenLight light; // its gain is 0 if there is none
+    uint reflections;  // of its light on the way to the eye
+    vec3 from;         // where it would shine
+    uint mask;         // of what is in the way
+    Medium medium;     // around `from`
+};
+
+Connection no_connection() {
+    return Connection(NO_LIGHT, 0u, vec3(0.0), 0u, Medium(vec3(0.0), vec3(0.0)));
+}
+
+// Adds the light that was chosen on a surface and in fog, as far as it arrives, and forgets it. Overwrites
+// `hit`. This is the only place of shadow rays: where two are traced in places of their own, all rays cost
+// more.
+void look_at(inout PathSample path, inout Connection on_surface, inout Connection in_fog) {
+    for (uint i = 0u; i < (HAS_FOG ? 2u : 1u); ++i) {
+        Connection c = on_surface;
+        if (HAS_FOG && i == 1u) c = in_fog;
+        if (!(max_component(abs(c.light.gain)) > 0.0)) continue;
+        vec3 arrives;
+        if ((HAS_SUNS || HAS_COMPILER_LIGHTS) && c.light.sun) {
+            arrives = sky_visibility(c.from, c.light.wi, c.mask, c.medium);
+        } else {
+            arrives = visibility(c.from, c.light.wi, c.light.t_max, c.mask, c.medium);
+        }
+        if (max_component(arrives) > 0.0) add_sampled(path, c.reflections, c.light, c.light.gain * arrives);
     }
-    if (max_component(arrives) > 0.0) add_sampled(path, reflections, light, light.gain * arrives);
+    on_surface.light.gain = in_fog.light.gain = vec3(0.0);
 }
 
 // Emission that a ray found at a distance, weighted against sampling it.
@@ -109,8 +127,8 @@ void keep_first_hit(inout PathSample path, Walk walk, Surface s, vec3 n, float t
     path.id = s.face + 1u;
 }
 
-// Adds lights that shine into fog along the ray up to distance t, for one path in `often`.
-void add_airlight(inout PathSample path, Walk walk, float t, float often, uint index) {
+// A light that shines into fog along the ray up to distance t, for one path in `often`.
+Connection connect_in_fog(Walk walk, float t, float often, uint index) {
     const vec3 from = walk.origin + walk.t_min * walk.direction;
     ChosenLight light = choose_airlight(from, walk.direction, t - walk.t_min, walk.throughput / often, pixel,
                                         index, DIMENSION_AIRLIGHT + DIMENSIONS_PER_AIRLIGHT * walk.stretches);
@@ -119,8 +137,7 @@ void add_airlight(inout PathSample path, Walk walk, float t, float often, uint i
         light.gain *= transmittance(medium, walk.t_min + light.along);
         restart(medium);
     }
-    const uint mask = mask_from(0u);
-    add_light(path, walk.vertex, light, from + light.along * walk.direction, mask, medium);
+    return Connection(light, walk.vertex, from + light.along * walk.direction, mask_from(0u), medium);
 }
 
 // What fog does on the way to distance t, of which it leaves the share `clear`.
@@ -129,7 +146,7 @@ const uint FOG_ABSORBS = 1u;  // it takes light alone
 const uint FOG_SCATTERS = 2u; // a new ray has begun
 const uint FOG_ENDS = 3u;
 
-uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint index) {
+uint meet_fog(inout Walk walk, float t, float clear, uint index, inout Connection in_fog) {
     // A moment may have no fog.
     const bool none = !(params.scene.at[0].fog_extinction > 0.0);
     if (none || walk.scattered || walk.vertex == params.depth) return FOG_ABSORBS;
@@ -138,7 +155,7 @@ uint meet_fog(inout PathSample path, inout Walk walk, float t, float clear, uint
     // Always on the camera's ray, else as often as the path is scattered.
     const bool first = walk.vertex == 1u;
     if (SAMPLES_LIGHTS && has_lights() && (first || d < t)) {
-        add_airlight(path, walk, t, first ? 1.0 : 1.0 - clear, index);
+        in_fog = connect_in_fog(walk, t, first ? 1.0 : 1.0 - clear, index);
     }
     ++walk.stretches;
     if (!(d < t)) return FOG_NOTHING;

@@ -97,6 +97,7 @@ fn render(
     fn timed<R: Renderer>(mut renderer: R, spp: u32) -> Result<(Film, f64), Box<dyn Error>> {
         // The first sample warms up.
         renderer.accumulate(1)?;
+        renderer.finish()?;
         let start = Instant::now();
         renderer.accumulate(spp - 1)?;
         let film = renderer.film()?;

@@ -174,6 +174,10 @@ impl Renderer for Reference {
         Ok(())
     }
 
+    fn finish(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+
     fn film(&mut self) -> Result<Film, Error> {
         let size = [self.view.settings.width, self.view.settings.height];
         let Tally { counters, escapes } = self.tally.clone();

@@ -431,6 +431,10 @@ impl Renderer for PathTracer {
         self.clear()
     }
 
+    fn finish(&mut self) -> Result<(), Error> {
+        self.wait()
+    }
+
     fn film(&mut self) -> Result<Film, Error> {
         self.wait()?;
         if std::mem::take(&mut self.is_stale) {

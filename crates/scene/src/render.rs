@@ -375,7 +375,8 @@ pub trait Renderer {
     /// What carries the error; for people.
     type Error: std::error::Error + Send + Sync + 'static;
 
-    /// Adds `samples` samples to every pixel.
+    /// Adds `samples` samples to every pixel. It may return before the device has taken the last of them
+    /// ([`Renderer::finish`]).
     ///
     /// The same scene, settings and total give the same picture bit for bit on the same device,
     /// however the total is split into calls that do not change between runs.
@@ -409,6 +410,12 @@ pub trait Renderer {
     /// # Errors
     /// When the device fails.
     fn restart(&mut self, seed: u64) -> Result<(), Self::Error>;
+
+    /// Waits until all samples asked for are taken: for whoever reads a clock.
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn finish(&mut self) -> Result<(), Self::Error>;
 
     /// The picture so far.
     ///

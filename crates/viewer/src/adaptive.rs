@@ -96,6 +96,10 @@ impl AnyRenderer for Adaptive {
         self.inner.restart(seed)
     }
 
+    fn finish(&mut self) -> Result<()> {
+        self.inner.finish()
+    }
+
     fn film(&mut self) -> Result<Film> {
         self.inner.film()
     }
@@ -186,6 +190,10 @@ mod tests {
 
         fn restart(&mut self, _: u64) -> Result<()> {
             self.counts.clear();
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<()> {
             Ok(())
         }
 

@@ -28,6 +28,11 @@ pub trait AnyRenderer {
     /// # Errors
     /// When the device fails.
     fn restart(&mut self, seed: u64) -> Result<()>;
+    /// See [`Renderer::finish`].
+    ///
+    /// # Errors
+    /// When the device fails.
+    fn finish(&mut self) -> Result<()>;
     /// See [`Renderer::film`].
     ///
     /// # Errors
@@ -50,6 +55,10 @@ impl<R: Renderer> AnyRenderer for R {
 
     fn restart(&mut self, seed: u64) -> Result<()> {
         Ok(Renderer::restart(self, seed)?)
+    }
+
+    fn finish(&mut self) -> Result<()> {
+        Ok(Renderer::finish(self)?)
     }
 
     fn film(&mut self) -> Result<Film> {
@@ -207,6 +216,10 @@ mod tests {
 
         fn restart(&mut self, _: u64) -> Result<()> {
             unreachable!("there is one picture")
+        }
+
+        fn finish(&mut self) -> Result<()> {
+            Ok(())
         }
 
         fn film(&mut self) -> Result<Film> {

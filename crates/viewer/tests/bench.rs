@@ -28,6 +28,10 @@ impl AnyRenderer for Wrong {
         AnyRenderer::accumulate(&mut self.right, samples)
     }
 
+    fn finish(&mut self) -> Result<()> {
+        AnyRenderer::finish(&mut self.right)
+    }
+
     fn film(&mut self) -> Result<Film> {
         let mut film = AnyRenderer::film(&mut self.right)?;
         for i in 0..film.beauty.len() {

@@ -250,6 +250,7 @@ fn picture(
         }
         let start = Instant::now();
         renderer.accumulate(next)?;
+        renderer.finish()?;
         done += next;
         let per_sample = start.elapsed().as_secs_f64() / f64::from(next);
         let fits = (CALL.as_secs_f64() / per_sample.max(1e-9)) as u32;

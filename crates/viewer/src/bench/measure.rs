@@ -46,7 +46,7 @@ impl Snapshot {
 /// the last.
 ///
 /// The budgets of a run share its samples: the picture of 64 samples goes on to be that of 256.
-/// Time is that of the calls that take samples. The first sample is not timed, because the first
+/// Time is that of the calls that take samples, until they are taken. The first sample is not timed, because the first
 /// dispatch of a renderer is not like the others; it counts as the mean of the timed ones. A
 /// budget in seconds ends before the sample that would exceed it, but not before the second.
 ///
@@ -59,6 +59,7 @@ pub fn run(
 ) -> Result<Option<Vec<Snapshot>>> {
     let mut snapshots: Vec<Option<Snapshot>> = vec![None; budgets.len()];
     renderer.accumulate(1)?;
+    renderer.finish()?;
     let (mut done, mut timed) = (1u32, 0.0f64);
     loop {
         let per_sample = timed / f64::from((done - 1).max(1));
@@ -93,6 +94,7 @@ pub fn run(
         let samples = next.min(quick).max(1);
         let start = Instant::now();
         renderer.accumulate(samples)?;
+        renderer.finish()?;
         timed += start.elapsed().as_secs_f64();
         done += samples;
     }
@@ -105,16 +107,23 @@ mod tests {
     use scene::Frame;
     use std::cell::Cell;
 
-    /// Counts samples and sleeps over each.
+    /// Counts samples at once, and sleeps over each when waited for, as a device works on.
+    #[derive(Default)]
     struct Fake {
         samples: u32,
+        waiting: u32,
         sleep: Duration,
     }
 
     impl AnyRenderer for Fake {
         fn accumulate(&mut self, samples: u32) -> Result<()> {
             self.samples += samples;
-            std::thread::sleep(self.sleep * samples);
+            self.waiting += samples;
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<()> {
+            std::thread::sleep(self.sleep * std::mem::take(&mut self.waiting));
             Ok(())
         }
 
@@ -141,8 +150,8 @@ mod tests {
     #[test]
     fn every_budget_gets_its_picture_in_the_order_asked() {
         let mut fake = Fake {
-            samples: 0,
             sleep: Duration::from_millis(2),
+            ..Fake::default()
         };
         let budgets = [
             Budget::Samples(2),
@@ -160,10 +169,7 @@ mod tests {
 
     #[test]
     fn a_stop_gives_nothing_half() {
-        let mut fake = Fake {
-            samples: 0,
-            sleep: Duration::ZERO,
-        };
+        let mut fake = Fake::default();
         let polls = Cell::new(0);
         let second = || {
             polls.set(polls.get() + 1);

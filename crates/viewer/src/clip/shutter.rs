@@ -63,6 +63,10 @@ impl AnyRenderer for Shutter<'_> {
         self.inner.restart(seed)
     }
 
+    fn finish(&mut self) -> Result<()> {
+        self.inner.finish()
+    }
+
     fn film(&mut self) -> Result<Film> {
         self.inner.film()
     }
@@ -97,6 +101,10 @@ mod tests {
         }
 
         fn restart(&mut self, _: u64) -> Result<()> {
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<()> {
             Ok(())
         }
 
