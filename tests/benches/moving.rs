@@ -268,7 +268,7 @@ fn played(name: &str, args: &Args) -> Result<Played, Box<dyn Error>> {
     let timeline = demo::timeline(&demo::read(Some(name), &cli.global)?, &cli.global)?;
     let busiest = timeline.busiest();
     let level = timeline.level_at(busiest).ok_or("an empty demo")?;
-    let stage = Stage::load(&timeline, level, &asked.picture, &cli.global)?;
+    let stage = Stage::load(&timeline, level, None, &asked.picture, &cli.global)?;
     let frames = |bare: bool| -> Result<Vec<Frame>, Box<dyn Error>> {
         let show = Show {
             timeline: &timeline,

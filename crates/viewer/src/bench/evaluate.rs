@@ -267,50 +267,52 @@ fn speedup(naive: &[Point], point: &Point) -> Option<Speedup> {
     })
 }
 
+/// A point of a curve, for tests.
+#[cfg(test)]
+pub(super) fn plain_point(samples: u32, seconds: f64, relmse: f64) -> Point {
+    let runs = vec![relmse * 0.99, relmse * 1.01];
+    Point {
+        budget: Budget::Samples(samples),
+        samples: samples.into(),
+        seconds: Estimate::alone(seconds),
+        paths: 0.0,
+        rays: 0.0,
+        mpaths_per_s: Estimate::NONE,
+        mrays_per_s: Estimate::NONE,
+        metrics: BTreeMap::new(),
+        corrected: BTreeMap::from([("relmse".to_owned(), Estimate::of_runs(&runs))]),
+        efficiency: Estimate::NONE,
+        speedup: None,
+        estimated_relmse: relmse,
+        nonfinite: 0,
+        escaped: 0,
+        escaped_per_1e9: 0.0,
+        relmse_runs: runs,
+        seconds_runs: vec![seconds; 2],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn point(samples: u32, seconds: f64, relmse: f64) -> Point {
-        let runs = vec![relmse * 0.99, relmse * 1.01];
-        Point {
-            budget: Budget::Samples(samples),
-            samples: samples.into(),
-            seconds: Estimate::alone(seconds),
-            paths: 0.0,
-            rays: 0.0,
-            mpaths_per_s: Estimate::NONE,
-            mrays_per_s: Estimate::NONE,
-            metrics: BTreeMap::new(),
-            corrected: BTreeMap::from([("relmse".to_owned(), Estimate::of_runs(&runs))]),
-            efficiency: Estimate::NONE,
-            speedup: None,
-            estimated_relmse: relmse,
-            nonfinite: 0,
-            escaped: 0,
-            escaped_per_1e9: 0.0,
-            relmse_runs: runs,
-            seconds_runs: vec![seconds; 2],
-        }
-    }
-
     #[test]
     fn speed_ups_are_read_along_the_curve_of_naive() {
         let naive = [
-            point(16, 1.0, 0.16),
-            point(64, 4.0, 0.04),
-            point(256, 16.0, 0.01),
+            plain_point(16, 1.0, 0.16),
+            plain_point(64, 4.0, 0.04),
+            plain_point(256, 16.0, 0.01),
         ];
         // At 0.02 naive needs 8 seconds.
-        let found = speedup(&naive, &point(16, 2.0, 0.02)).unwrap();
+        let found = speedup(&naive, &plain_point(16, 2.0, 0.02)).unwrap();
         assert!((found.factor.value - 4.0).abs() < 1e-9 && !found.beyond_curve);
         assert!(found.factor.low < 4.0 && found.factor.high > 4.0);
         for (error, factor) in [(0.32, 0.25), (0.001, 80.0)] {
-            let found = speedup(&naive, &point(16, 2.0, error)).unwrap();
+            let found = speedup(&naive, &plain_point(16, 2.0, error)).unwrap();
             assert!((found.factor.value - factor).abs() < 1e-9 && found.beyond_curve);
         }
         let itself = speedup(&naive, &naive[1]).unwrap();
         assert!((itself.factor.value - 1.0).abs() < 1e-9 && !itself.beyond_curve);
-        assert!(speedup(&naive, &point(16, 2.0, -0.1)).is_none());
+        assert!(speedup(&naive, &plain_point(16, 2.0, -0.1)).is_none());
     }
 }

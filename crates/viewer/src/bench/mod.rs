@@ -10,6 +10,7 @@
 pub mod baseline;
 pub mod bias;
 pub mod csv;
+pub mod equal_time;
 pub mod evaluate;
 pub mod hard;
 pub mod identity;

@@ -1,5 +1,6 @@
 //! What a bench prints.
 
+use super::equal_time;
 use super::result::{Bench, Bias, Budget, Curve, View};
 use super::stats::Estimate;
 
@@ -14,6 +15,11 @@ pub fn text(bench: &Bench) -> String {
         text += "\n";
         text += &head(view);
         text += &points(view);
+    }
+    let equal = equal_times(bench);
+    if !equal.is_empty() {
+        text += "\nAt equal time: after what naive takes for the most samples it was given\n";
+        text += &table(&equal, 2);
     }
     if bench
         .views
@@ -122,6 +128,49 @@ fn points(view: &View) -> String {
         );
     }
     text
+}
+
+/// By view and curve the error in the time of `naive`, with a head; nothing if that was not measured.
+fn equal_times(bench: &Bench) -> Vec<Vec<String>> {
+    let mut rows = Vec::new();
+    for view in &bench.views {
+        let Some(naive) = equal_time::of_naive(view) else {
+            continue;
+        };
+        for curve in view.curves.iter().filter(|c| c.estimator != "naive") {
+            let Some(found) = equal_time::read(curve, naive.seconds.value) else {
+                continue;
+            };
+            rows.push(vec![
+                format!("{} {}", view.level, view.camera),
+                curve.name(),
+                three(naive.seconds.value),
+                naive.budget.to_string(),
+                error(naive.relmse().value),
+                format!(
+                    "{}{}",
+                    if found.beyond_curve { "~" } else { "" },
+                    three(found.samples)
+                ),
+                error(found.relmse),
+                three(naive.relmse().value / found.relmse),
+            ]);
+        }
+    }
+    if !rows.is_empty() {
+        let head = [
+            "view",
+            "curve",
+            "seconds",
+            "naive",
+            "relMSE of naive",
+            "samples",
+            "relMSE",
+            "ratio",
+        ];
+        rows.insert(0, head.map(str::to_owned).to_vec());
+    }
+    rows
 }
 
 fn biases(bench: &Bench) -> String {
