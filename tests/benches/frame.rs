@@ -4,6 +4,7 @@
 //! [--size WxH]` prints a Markdown report: milliseconds per frame, paths and rays per second, the
 //! ratio to a pipeline that only traces the same rays, and the acceleration structures' times.
 
+use clap::Parser as _;
 use rt::{Gpu, PathTracer, Yardstick};
 use runelight_tests::devices::{open_named, parse_size};
 use runelight_tests::levels;
@@ -18,37 +19,27 @@ use std::time::Instant;
 const DEPTH: u32 = 3;
 const REPEATS: usize = 5;
 
+#[derive(clap::Parser)]
 struct Args {
+    /// The Quake directory: the test data otherwise.
+    #[arg(long, default_value_os_t = levels::data())]
     data: PathBuf,
+    /// Level of it.
+    #[arg(long, default_value = "lq_e3m6")]
     level: String,
+    /// Part of a Vulkan device's name; the first that can do it otherwise.
+    #[arg(long, default_value = "")]
     device: String,
+    /// Picture size.
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     size: [u32; 2],
-}
-
-fn args() -> Result<Args, Box<dyn Error>> {
-    let mut args = Args {
-        data: levels::data(),
-        level: "lq_e3m6".into(),
-        device: String::new(),
-        size: [1280, 720],
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        match word.as_str() {
-            "--bench" => {}
-            "--data" => args.data = value()?.into(),
-            "--level" => args.level = value()?,
-            "--device" => args.device = value()?,
-            "--size" => args.size = parse_size(&value()?)?,
-            other => return Err(format!("unknown option {other}").into()),
-        }
-    }
-    Ok(args)
+    /// Cargo says that this is a benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = args()?;
+    let args = Args::parse();
     let (gpu, device) = open_named(&args.device)?;
 
     let start = Instant::now();

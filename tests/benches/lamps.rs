@@ -5,6 +5,7 @@
 //! [--reference N] [--most N]` prints a Markdown table: milliseconds per sample of the whole picture,
 //! and relMSE at equal samples against a picture of many more.
 
+use clap::Parser as _;
 use glam::Vec3;
 use reference::Reference;
 use rt::{Gpu, PathTracer};
@@ -24,36 +25,26 @@ const LAMP: f32 = 4.0;
 /// Runs with other seeds, whose errors are averaged and of whose times the least is told.
 const RUNS: u64 = 4;
 
+#[derive(clap::Parser)]
 struct Args {
+    /// Part of a Vulkan device's name, or `cpu`; the first that can do it otherwise.
+    #[arg(long, default_value = "")]
     device: String,
+    /// Picture size.
+    #[arg(long, default_value = "320x180", value_parser = parse_size)]
     size: [u32; 2],
+    /// Samples per pixel.
+    #[arg(long, default_value_t = 64)]
     spp: u32,
+    /// Samples per pixel of the picture measured against.
+    #[arg(long, default_value_t = 4096)]
     reference: u32,
+    /// Lamps at most.
+    #[arg(long, default_value_t = 80_000)]
     most: u32,
-}
-
-fn args() -> Result<Args, Box<dyn Error>> {
-    let mut args = Args {
-        device: String::new(),
-        size: [320, 180],
-        spp: 64,
-        reference: 4096,
-        most: 80_000,
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        match word.as_str() {
-            "--bench" => {}
-            "--device" => args.device = value()?,
-            "--spp" => args.spp = value()?.parse()?,
-            "--reference" => args.reference = value()?.parse()?,
-            "--most" => args.most = value()?.parse()?,
-            "--size" => args.size = parse_size(&value()?)?,
-            other => return Err(format!("unknown option {other}").into()),
-        }
-    }
-    Ok(args)
+    /// Cargo says that this is a benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 /// The hall with `count` lamps below its ceiling, in a grid out of step with the pillars.
@@ -122,7 +113,7 @@ fn relmse(film: &Film, truth: &Film) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = args()?;
+    let args = Args::parse();
     let gpu = if args.device == "cpu" {
         println!("Device: cpu");
         None

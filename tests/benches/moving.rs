@@ -20,6 +20,8 @@ use scene::timeline::Unseen;
 use scene::{Frame, Instance, MaterialId, Mesh, PointLight, PoseBlend, Scene, Triangle};
 use std::error::Error;
 use std::f32::consts::{PI, TAU};
+use std::ffi::OsStr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -31,48 +33,38 @@ const DEPTH: u32 = 3;
 /// Parts that make up the update of what moves.
 const UPDATE: [&str; 4] = ["pose", "refit BLAS", "build loose BLAS", "rebuild TLAS"];
 
+#[derive(clap::Parser)]
 struct Args {
+    /// Part of a Vulkan device's name; the first that can do it otherwise.
+    #[arg(long, default_value = "")]
     device: String,
+    /// Picture size.
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     size: [u32; 2],
+    /// Models in the hall.
+    #[arg(long, default_value_t = 64)]
     models: u32,
+    /// Triangles of each of them, about.
+    #[arg(long, default_value_t = 800)]
     triangles: u32,
+    /// Loose triangles in the hall.
+    #[arg(long, default_value_t = 2000)]
     loose: u32,
+    /// Lights that move in the hall.
+    #[arg(long, default_value_t = 8)]
     lights: u32,
+    /// Frames, a quarter of which warm up.
+    #[arg(long, default_value_t = 32)]
     frames: u32,
+    /// A demo in place of the hall: a file or a name.
+    #[arg(long)]
     demo: Option<String>,
-    data: String,
-}
-
-fn args() -> Result<Args, Box<dyn Error>> {
-    let mut args = Args {
-        device: String::new(),
-        size: [1280, 720],
-        models: 64,
-        triangles: 800,
-        loose: 2000,
-        lights: 8,
-        frames: 32,
-        demo: None,
-        data: levels::data().display().to_string(),
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        match word.as_str() {
-            "--bench" => {}
-            "--device" => args.device = value()?,
-            "--size" => args.size = parse_size(&value()?)?,
-            "--models" => args.models = value()?.parse()?,
-            "--triangles" => args.triangles = value()?.parse()?,
-            "--loose" => args.loose = value()?.parse()?,
-            "--lights" => args.lights = value()?.parse()?,
-            "--frames" => args.frames = value()?.parse()?,
-            "--demo" => args.demo = Some(value()?),
-            "--data" => args.data = value()?,
-            other => return Err(format!("unknown option {other}").into()),
-        }
-    }
-    Ok(args)
+    /// The Quake directory of the demo: the test data otherwise.
+    #[arg(long, default_value_os_t = levels::data())]
+    data: PathBuf,
+    /// Cargo says that this is a benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 /// A ball of about so many triangles that pulsates in waves, another for each kind.
@@ -261,7 +253,8 @@ fn generated(args: &Args) -> Played {
 /// A demo from its busiest moment on, at 60 frames a second; without its entities only doors and lifts
 /// are left.
 fn played(name: &str, args: &Args) -> Result<Played, Box<dyn Error>> {
-    let cli = Cli::try_parse_from(["runelight", "demo", name, "--basedir", &args.data])?;
+    let words = ["runelight", "demo", name, "--basedir"].map(OsStr::new);
+    let cli = Cli::try_parse_from(words.into_iter().chain([args.data.as_os_str()]))?;
     let Some(Command::Demo(asked)) = &cli.command else {
         return Err("not a demo".into());
     };
@@ -291,7 +284,7 @@ fn played(name: &str, args: &Args) -> Result<Played, Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = args()?;
+    let args = Args::parse();
     let (gpu, device) = open_named(&args.device)?;
     let played = match &args.demo {
         Some(name) => played(name, &args)?,

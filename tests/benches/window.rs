@@ -20,42 +20,29 @@ use std::time::{Duration, Instant};
 
 const LIMIT: Duration = Duration::from_secs(300);
 
+#[derive(clap::Parser)]
 struct Args {
+    /// A device, as `runelight devices` lists them.
+    #[arg(long, default_value = "auto")]
     device: String,
+    /// A Quake directory.
+    #[arg(long)]
     basedir: Option<String>,
-    levels: Vec<Option<String>>,
+    /// Levels and demos, by file or by name; the bundled level otherwise.
+    #[arg(long)]
+    level: Vec<String>,
+    /// Picture size.
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     size: [u32; 2],
+    /// Path vertices after the camera.
+    #[arg(long, default_value = "3")]
     depth: String,
+    /// Frames of each case.
+    #[arg(long, default_value_t = 300)]
     frames: u32,
-}
-
-fn args() -> Result<Args, Box<dyn Error>> {
-    let mut args = Args {
-        device: "auto".into(),
-        basedir: None,
-        levels: Vec::new(),
-        size: [1280, 720],
-        depth: "3".into(),
-        frames: 300,
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        match word.as_str() {
-            "--bench" => {}
-            "--device" => args.device = value()?,
-            "--basedir" => args.basedir = Some(value()?),
-            "--level" => args.levels.push(Some(value()?)),
-            "--size" => args.size = parse_size(&value()?)?,
-            "--depth" => args.depth = value()?,
-            "--frames" => args.frames = value()?.parse()?,
-            other => return Err(format!("unknown option {other}").into()),
-        }
-    }
-    if args.levels.is_empty() {
-        args.levels.push(None);
-    }
-    Ok(args)
+    /// Cargo says that this is a benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 /// Milliseconds of some frames.
@@ -78,16 +65,18 @@ impl Times {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = args()?;
+    let args = Args::parse();
     let [width, height] = args.size;
-    for (i, level) in args.levels.iter().enumerate() {
+    let bundled = args.level.is_empty().then_some(None);
+    let levels = args.level.iter().map(Some).chain(bundled);
+    for (i, level) in levels.enumerate() {
         let mut words: Vec<&str> = vec!["runelight", "view", "--device", &args.device];
         words.extend(["--depth", &args.depth, "--spp", "1000000"]);
         words.extend(["--layers", "beauty"]);
         if let Some(dir) = &args.basedir {
             words.extend(["--basedir", dir]);
         }
-        words.extend(level.as_deref());
+        words.extend(level.map(String::as_str));
         let cli = Cli::try_parse_from(words)?;
         let Some(Command::View(view)) = cli.command else {
             return Err("view is a command".into());

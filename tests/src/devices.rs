@@ -141,7 +141,7 @@ pub fn open_named(text: &str) -> Result<(Gpu, String), Box<dyn std::error::Error
 ///
 /// # Errors
 /// When it has another form.
-pub fn parse_size(text: &str) -> Result<[u32; 2], Box<dyn std::error::Error>> {
-    let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
-    Ok([w.parse()?, h.parse()?])
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides: Option<Vec<u32>> = text.split('x').map(|side| side.parse().ok()).collect();
+    (sides.and_then(|sides| sides.try_into().ok())).ok_or_else(|| "not WxH, as 1280x720".into())
 }
