@@ -16,7 +16,7 @@ use std::time::Duration;
 
 const SIZE: [u32; 2] = [880, 560];
 /// Of half as many pixels across and down: enough to see what it is.
-const SAMPLES: &str = "12";
+const SAMPLES: &str = "6";
 const LIMIT: Duration = Duration::from_secs(900);
 
 /// Opens one panel.
