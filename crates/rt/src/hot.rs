@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::{PoisonError, RwLock};
 
 /// Where the sources are: the shaders of this build, while they and the build script are there.
 #[must_use]
@@ -18,7 +18,7 @@ const MANIFEST: &str = env!("CARGO_MANIFEST_DIR");
 /// The build script names itself.
 const BUILD_SCRIPT: &str = env!("RT_BUILD_SCRIPT");
 
-type Codes = HashMap<String, Arc<Vec<u32>>>;
+type Codes = HashMap<String, Vec<u32>>;
 
 static CODES: RwLock<Option<Codes>> = RwLock::new(None);
 static GENERATION: AtomicU32 = AtomicU32::new(0);
@@ -31,7 +31,7 @@ pub(crate) fn generation() -> u32 {
 /// The words of a shader by its file's name, once it was compiled anew.
 pub(crate) fn code(name: &str) -> Option<Vec<u32>> {
     let codes = CODES.read().unwrap_or_else(PoisonError::into_inner);
-    Some(codes.as_ref()?.get(name)?.to_vec())
+    codes.as_ref()?.get(name).cloned()
 }
 
 /// Compiles all shaders. Pipelines that are made from now on have them; what runs stays as it is.
@@ -62,7 +62,7 @@ fn compile(manifest: &str) -> Result<Codes, String> {
             let name = entry.file_name().to_string_lossy().into_owned();
             if let Some(name) = name.strip_suffix(".spv") {
                 let words = crate::passes::words(&std::fs::read(entry.path())?);
-                codes.insert(name.to_owned(), Arc::new(words));
+                codes.insert(name.to_owned(), words);
             }
         }
         Ok(codes)

@@ -1,6 +1,7 @@
 //! What another estimator makes of the time that `naive` takes.
 
 use super::result::{Budget, Curve, Point, View};
+use super::stats::between;
 
 /// A curve read at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,14 +36,11 @@ pub fn read(curve: &Curve, seconds: f64) -> Option<Reading> {
         .collect();
     let (first, last) = (places.first()?, places.last()?);
     let t = seconds.ln();
-    let between = places.windows(2).find_map(|pair| {
-        let share = (t - pair[0][0]) / (pair[1][0] - pair[0][0]);
-        let mix = |i: usize| pair[0][i] + (pair[1][i] - pair[0][i]) * share;
-        (0.0..=1.0).contains(&share).then(|| [mix(1), mix(2)])
-    });
-    let [samples, error] = between.unwrap_or_else(|| {
+    let between = between(&places, t);
+    let [_, samples, error] = between.unwrap_or_else(|| {
         let end = if t < first[0] { first } else { last };
-        [end[1] + t - end[0], end[2] - (t - end[0])]
+        let later = t - end[0];
+        [t, end[1] + later, end[2] - later]
     });
     Some(Reading {
         samples: samples.exp(),

@@ -4,7 +4,7 @@ use super::bias::{self, Pooled};
 use super::measure::Snapshot;
 use super::reference::Reference;
 use super::result::{Budget, Curve, Point, Speedup};
-use super::stats::{Estimate, mean_and_error, t_quantile};
+use super::stats::{Estimate, between, mean_and_error, t_quantile};
 use crate::metrics::{self, Metrics, NAMES};
 use crate::picture::Picture;
 use anyhow::{Result, anyhow};
@@ -206,64 +206,39 @@ fn over_pixels(metrics: &Metrics, name: &str) -> Estimate {
     }
 }
 
-/// A point of a curve as logarithms of error and seconds, with the standard error of the former.
-struct Place {
-    error: f64,
-    seconds: f64,
-    spread: f64,
-}
-
-impl Place {
-    fn new(point: &Point) -> Option<Self> {
-        let (value, seconds) = (point.relmse().value, point.seconds.value);
-        let logs: Vec<f64> = point.relmse_runs.iter().map(|e| e.ln()).collect();
-        let spread = mean_and_error(&logs).1;
-        (value > 0.0 && seconds > 0.0).then(|| Self {
-            error: value.ln(),
-            seconds: seconds.ln(),
-            spread,
-        })
-    }
+/// Logarithms of a point's error and seconds, and the standard error of the former.
+fn place(point: &Point) -> Option<[f64; 3]> {
+    let (value, seconds) = (point.relmse().value, point.seconds.value);
+    let logs: Vec<f64> = point.relmse_runs.iter().map(|e| e.ln()).collect();
+    let spread = mean_and_error(&logs).1;
+    (value > 0.0 && seconds > 0.0).then(|| [value.ln(), seconds.ln(), spread])
 }
 
 /// Seconds of `naive` at the error of `point`, over the point's own; by straight lines between
 /// the measured sample budgets in logarithms, continued as 1/N where they end.
 fn speedup(naive: &[Point], point: &Point) -> Option<Speedup> {
-    let here = Place::new(point)?;
-    let curve: Vec<Place> = (naive.iter())
+    let [error, own_seconds, own_spread] = place(point)?;
+    let curve: Vec<[f64; 3]> = (naive.iter())
         .filter(|p| matches!(p.budget, Budget::Samples(_)))
-        .filter_map(Place::new)
+        .filter_map(place)
         .collect();
     let (first, last) = (curve.first()?, curve.last()?);
-    let beyond = |end: &Place| (end.seconds + end.error - here.error, end.spread, true);
-    let (seconds, spread, beyond_curve) = if here.error > first.error {
-        beyond(first)
-    } else if here.error < last.error {
-        beyond(last)
-    } else {
-        let between = |pair: &[Place]| {
-            let [a, b] = pair else { return None };
-            let share = (here.error - a.error) / (b.error - a.error);
-            (0.0..=1.0).contains(&share).then(|| {
-                let mix = |x: f64, y: f64| x + (y - x) * share;
-                (mix(a.seconds, b.seconds), mix(a.spread, b.spread), false)
-            })
-        };
-        match curve.windows(2).find_map(between) {
-            Some(found) => found,
-            // A single point, met exactly.
-            None => beyond(last),
-        }
-    };
+    let inside = error <= first[0] && error >= last[0];
+    let found = between(&curve, error).filter(|_| inside);
+    let [_, seconds, spread] = found.unwrap_or_else(|| {
+        // A single point, met exactly, is its own end.
+        let end = if error > first[0] { first } else { last };
+        [error, end[1] + end[0] - error, end[2]]
+    });
     // An error of the error moves the time by as much, where error falls as one over time.
-    let error = spread.hypot(here.spread);
+    let spread = spread.hypot(own_spread);
     let df = 2.0 * (point.relmse_runs.len() as f64 - 1.0);
     Some(Speedup {
         factor: Estimate::of_log(
-            (seconds - here.seconds).exp(),
-            t_quantile(0.975, df) * error,
+            (seconds - own_seconds).exp(),
+            t_quantile(0.975, df) * spread,
         ),
-        beyond_curve,
+        beyond_curve: found.is_none(),
     })
 }
 

@@ -108,6 +108,17 @@ pub fn mean_and_error(runs: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0) / n).sqrt())
 }
 
+/// The place on the straight lines through `places`, in their order, whose first number is `at`; `None` beyond
+/// their ends.
+#[must_use]
+pub fn between<const N: usize>(places: &[[f64; N]], at: f64) -> Option<[f64; N]> {
+    (places.iter().zip(places.get(1..)?)).find_map(|(a, b)| {
+        let share = (at - a[0]) / (b[0] - a[0]);
+        let mixed = std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share);
+        (0.0..=1.0).contains(&share).then_some(mixed)
+    })
+}
+
 /// Slope of the line of least squares through `points` (x, y); NaN unless two x differ.
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> f64 {

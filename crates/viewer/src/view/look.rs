@@ -349,6 +349,19 @@ mod tests {
     use super::*;
     use clap::CommandFactory as _;
 
+    /// The line that is said of a command with these options means the same again.
+    fn says_all(command: &str, options: Vec<&str>) {
+        let words = ["runelight", command].into_iter().chain(options);
+        let cli = Cli::try_parse_from(words).unwrap();
+        let line = match &cli.command {
+            Some(Command::Render(args)) => command_line(args, &cli.global),
+            Some(Command::Demo(args)) => demo_command_line(args, &cli.global),
+            _ => panic!("{cli:?}"),
+        };
+        let again = Cli::try_parse_from(split(&line)).unwrap_or_else(|e| panic!("{line}: {e}"));
+        assert_eq!(format!("{cli:?}"), format!("{again:?}"), "{line}");
+    }
+
     #[test]
     fn the_command_line_says_all_that_render_was_told() {
         for extra in [
@@ -453,14 +466,7 @@ mod tests {
             vec!["--light-style", "3=0.25", "--light-style", "32=0"],
             vec!["--device", "NVIDIA H100", "--camera", "info_intermission"],
         ] {
-            let words = ["runelight", "render"].into_iter().chain(extra);
-            let cli = Cli::try_parse_from(words).unwrap();
-            let Some(Command::Render(args)) = &cli.command else {
-                panic!("{cli:?}");
-            };
-            let line = command_line(args, &cli.global);
-            let again = Cli::try_parse_from(split(&line)).unwrap_or_else(|e| panic!("{line}: {e}"));
-            assert_eq!(format!("{cli:?}"), format!("{again:?}"), "{line}");
+            says_all("render", extra);
         }
     }
 
@@ -498,14 +504,7 @@ mod tests {
                 "32x16",
             ],
         ] {
-            let words = ["runelight", "demo"].into_iter().chain(extra);
-            let cli = Cli::try_parse_from(words).unwrap();
-            let Some(Command::Demo(args)) = &cli.command else {
-                panic!("{cli:?}");
-            };
-            let line = demo_command_line(args, &cli.global);
-            let again = Cli::try_parse_from(split(&line)).unwrap_or_else(|e| panic!("{line}: {e}"));
-            assert_eq!(format!("{cli:?}"), format!("{again:?}"), "{line}");
+            says_all("demo", extra);
         }
     }
 

@@ -107,6 +107,103 @@ impl Panels {
     }
 }
 
+/// A panel in a window of its own.
+struct Panel {
+    title: &'static str,
+    /// Corner or side of the screen, and how far from it in points.
+    at: (Align2, egui::Vec2),
+    scrolls: bool,
+    is_open: fn(&mut Panels) -> &mut bool,
+    show: fn(&mut App, &mut Ui),
+}
+
+const PANELS: [Panel; 12] = [
+    Panel {
+        title: "Picture",
+        at: (Align2::RIGHT_TOP, vec2(-8.0, 36.0)),
+        scrolls: true,
+        is_open: |p| &mut p.render,
+        show: render::show,
+    },
+    Panel {
+        title: "Statistics",
+        at: (Align2::LEFT_TOP, vec2(8.0, 36.0)),
+        scrolls: true,
+        is_open: |p| &mut p.statistics,
+        show: |app, ui| statistics::show(app, ui),
+    },
+    Panel {
+        title: "Look",
+        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0)),
+        scrolls: false,
+        is_open: |p| &mut p.looking,
+        show: looking::show,
+    },
+    Panel {
+        title: "Inspector",
+        at: (Align2::LEFT_TOP, vec2(8.0, 36.0)),
+        scrolls: false,
+        is_open: |p| &mut p.inspector,
+        show: inspector::show,
+    },
+    Panel {
+        title: "Entities",
+        at: (Align2::LEFT_BOTTOM, vec2(8.0, -8.0)),
+        scrolls: false,
+        is_open: |p| &mut p.entities,
+        show: entities::show,
+    },
+    Panel {
+        title: "Light styles",
+        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0)),
+        scrolls: false,
+        is_open: |p| &mut p.styles,
+        show: styles::show,
+    },
+    Panel {
+        title: "Places",
+        at: (Align2::LEFT_BOTTOM, vec2(8.0, -8.0)),
+        scrolls: false,
+        is_open: |p| &mut p.places,
+        show: places::show,
+    },
+    Panel {
+        title: "Path",
+        at: (Align2::LEFT_CENTER, vec2(8.0, 0.0)),
+        scrolls: false,
+        is_open: |p| &mut p.path,
+        show: path::show,
+    },
+    Panel {
+        title: "Window",
+        at: (Align2::CENTER_TOP, vec2(0.0, 48.0)),
+        scrolls: false,
+        is_open: |p| &mut p.window,
+        show: window::show,
+    },
+    Panel {
+        title: "Film",
+        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -64.0)),
+        scrolls: true,
+        is_open: |p| &mut p.export,
+        show: export::show,
+    },
+    Panel {
+        title: "Open",
+        at: (Align2::CENTER_CENTER, vec2(0.0, 0.0)),
+        scrolls: false,
+        is_open: |p| &mut p.open,
+        show: open::show,
+    },
+    Panel {
+        title: "Keys",
+        at: (Align2::CENTER_CENTER, vec2(0.0, 0.0)),
+        scrolls: true,
+        is_open: |p| &mut p.keys,
+        show: |app, ui| keys(app, ui),
+    },
+];
+
 /// Shows the picture and what lies over it.
 pub fn show(app: &mut App, ctx: &Context) {
     picture(app, ctx);
@@ -118,68 +215,20 @@ pub fn show(app: &mut App, ctx: &Context) {
     demo::show(app, ctx);
     // What does not fit is scrolled to.
     let height = ctx.viewport_rect().height() - 96.0;
-    let window = |title: &str, at: Align2, offset: egui::Vec2| {
-        egui::Window::new(title)
-            .anchor(at, offset)
+    for panel in PANELS {
+        let mut open = *(panel.is_open)(&mut app.panels);
+        egui::Window::new(panel.title)
+            .anchor(panel.at.0, panel.at.1)
             .resizable(false)
             .default_height(height)
             .max_height(height)
             .frame(egui::Frame::window(&ctx.style()).multiply_with_opacity(0.92))
-    };
-    let (right, left) = (Align2::RIGHT_TOP, Align2::LEFT_TOP);
-    let mut open = app.panels.clone();
-    window("Picture", right, vec2(-8.0, 36.0))
-        .open(&mut open.render)
-        .vscroll(true)
-        .show(ctx, |ui| render::show(app, ui));
-    app.panels.render &= open.render;
-    window("Statistics", left, vec2(8.0, 36.0))
-        .open(&mut open.statistics)
-        .vscroll(true)
-        .show(ctx, |ui| statistics::show(app, ui));
-    app.panels.statistics &= open.statistics;
-    window("Look", Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0))
-        .open(&mut open.looking)
-        .show(ctx, |ui| looking::show(app, ui));
-    app.panels.looking &= open.looking;
-    window("Inspector", left, vec2(8.0, 36.0))
-        .open(&mut open.inspector)
-        .show(ctx, |ui| inspector::show(app, ui));
-    app.panels.inspector &= open.inspector;
-    window("Entities", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
-        .open(&mut open.entities)
-        .show(ctx, |ui| entities::show(app, ui));
-    app.panels.entities &= open.entities;
-    window("Light styles", Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0))
-        .open(&mut open.styles)
-        .show(ctx, |ui| styles::show(app, ui));
-    app.panels.styles &= open.styles;
-    window("Places", Align2::LEFT_BOTTOM, vec2(8.0, -8.0))
-        .open(&mut open.places)
-        .show(ctx, |ui| places::show(app, ui));
-    app.panels.places &= open.places;
-    window("Path", Align2::LEFT_CENTER, vec2(8.0, 0.0))
-        .open(&mut open.path)
-        .show(ctx, |ui| path::show(app, ui));
-    app.panels.path &= open.path;
-    window("Window", Align2::CENTER_TOP, vec2(0.0, 48.0))
-        .open(&mut open.window)
-        .show(ctx, |ui| window::show(app, ui));
-    app.panels.window &= open.window;
-    window("Film", Align2::RIGHT_BOTTOM, vec2(-8.0, -64.0))
-        .open(&mut open.export)
-        .vscroll(true)
-        .show(ctx, |ui| export::show(app, ui));
-    app.panels.export &= open.export;
-    window("Open", Align2::CENTER_CENTER, vec2(0.0, 0.0))
-        .open(&mut open.open)
-        .show(ctx, |ui| open::show(app, ui));
-    app.panels.open &= open.open;
-    window("Keys", Align2::CENTER_CENTER, vec2(0.0, 0.0))
-        .open(&mut open.keys)
-        .vscroll(true)
-        .show(ctx, |ui| keys(app, ui));
-    app.panels.keys &= open.keys;
+            .open(&mut open)
+            .vscroll(panel.scrolls)
+            .show(ctx, |ui| (panel.show)(app, ui));
+        // What is shown may have closed it, too.
+        *(panel.is_open)(&mut app.panels) &= open;
+    }
 }
 
 /// The traced picture, all over the window.
