@@ -3,7 +3,7 @@
 use super::App;
 use crate::view::entities;
 use crate::view::inspect::Inspection;
-use crate::view::looking::survey::{Key, Subject};
+use crate::view::looking::survey::{Key, SceneId, Subject};
 use crate::view::looking::{Around, Shown};
 use anyhow::Result;
 use scene::render::Renderer as _;
@@ -68,7 +68,7 @@ impl App {
             && let Some(subject) = self.subject()
         {
             let key = Key {
-                scene: Arc::as_ptr(&subject.scene) as usize,
+                scene: SceneId::of(&subject.scene),
                 camera: subject.camera.clone(),
                 time: subject.time,
                 size: subject.size,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use reference::probe::{Probe, Seen};
 use scene::import::{ImportOptions, Lighting};
 use scene::{Camera, Frame, Scene};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// No such number.
 pub const NONE: u32 = u32::MAX;
@@ -65,11 +65,29 @@ impl Survey {
     }
 }
 
+/// Tells a scene from all others: while this is held, no scene that comes later has its place in memory.
+#[derive(Clone, Debug)]
+pub struct SceneId(Weak<Scene>);
+
+impl SceneId {
+    /// That of a scene.
+    #[must_use]
+    pub fn of(scene: &Arc<Scene>) -> Self {
+        Self(Arc::downgrade(scene))
+    }
+}
+
+impl PartialEq for SceneId {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.ptr_eq(&other.0)
+    }
+}
+
 /// What a survey depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// The scene, by its place in memory.
-    pub scene: usize,
+    /// The scene.
+    pub scene: SceneId,
     /// Who looks.
     pub camera: Camera,
     /// Level time, seconds.
@@ -103,7 +121,7 @@ pub struct Subject {
 #[derive(Default)]
 pub struct Probes {
     scene: Mutex<Option<Arc<Probe>>>,
-    baked: Mutex<Option<(usize, Arc<Probe>)>>,
+    baked: Mutex<Option<(SceneId, Arc<Probe>)>>,
 }
 
 impl Probes {
@@ -132,7 +150,7 @@ impl Probes {
     /// The same level as its own lightmaps light it. Not of demos.
     fn baked(&self, subject: &Subject) -> Result<Arc<Probe>, String> {
         let mut last = self.baked.lock().unwrap_or_else(PoisonError::into_inner);
-        let of = Arc::as_ptr(&subject.scene) as usize;
+        let of = SceneId::of(&subject.scene);
         if let Some((_, probe)) = last.as_ref().filter(|(scene, _)| *scene == of) {
             return Ok(Arc::clone(probe));
         }
