@@ -101,6 +101,9 @@ fn looking(session: &mut Session, folder: &Path) -> Result<(), Box<dyn Error>> {
     session.app.args.picture.spp = samples;
     shoot(session, folder, "split", |p| p.looking = true)?;
     session.app.looking.kept = None;
+    session.app.args.picture.seed -= 1;
+    session.frame()?;
+    session.until(LIMIT, App::is_done)?;
     session.event(egui::Event::PointerGone);
     session.app.inspect([0.58, 0.193]);
     session.until(LIMIT, |app| !app.is_inspecting())?;

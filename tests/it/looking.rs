@@ -197,9 +197,26 @@ fn clicks_are_answered_and_entities_flown_to() {
     (panels.entities, panels.styles, panels.entity) = (true, true, "light".into());
     session.frames(4).expect("frames");
 
+    // Flown to in parts; whoever moves stops it.
+    session.app.panels.hidden = true;
     let before = session.app.eye;
     session.app.go_to_entity(1);
-    assert_ne!(session.app.eye, before);
+    assert_eq!(session.app.eye, before);
+    session.frame().expect("a frame");
+    let first = session.app.eye.position.distance(before.position);
+    rest(&mut session);
+    let there = session.app.eye;
+    let far = there.position.distance(before.position);
+    assert!(first > 0.0 && first < 0.05 * far, "{first} of {far}");
+    session.app.go_to(before);
+    session.app.go_to_entity(1);
+    session.frames(5).expect("frames");
+    session.key(egui::Key::S, true);
+    session.frames(2).expect("frames");
+    session.key(egui::Key::S, false);
+    rest(&mut session);
+    let stopped = session.app.eye.position.distance(there.position);
+    assert!(stopped > 0.2 * far, "{stopped} from there");
     assert_silent(&session);
 }
 

@@ -3,9 +3,14 @@
 
 use crate::viewer::opened;
 use egui::epaint::ClippedShape;
-use egui::{Context, Event, Pos2, RawInput, Rect, Shape, Theme, Vec2, ViewportId};
+use egui::{
+    Context, Event, Id, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Theme, Vec2,
+    ViewportId,
+};
 use runelight::view::app::App;
 use runelight::view::panels::{self, Panels};
+use runelight::view::preferences::Preferences;
+use runelight::view::stage::SAMPLE_DEMO;
 
 /// Somebody in front of the panels.
 struct Desk {
@@ -60,6 +65,13 @@ impl Desk {
     fn settle(&mut self) -> Vec<Words> {
         (0..6).for_each(|_| _ = self.frame(Vec::new()));
         self.frame(Vec::new())
+    }
+
+    /// Where a panel is, by its word in the bar.
+    fn panel(&self, word: &str) -> Rect {
+        let id = Id::new(("panel", word));
+        let rect = self.ctx.memory(|m| m.area_rect(id));
+        rect.unwrap_or_else(|| panic!("{word} is not shown"))
     }
 
     /// The words there are while the pointer rests at a place.
@@ -162,4 +174,107 @@ fn panels_fit(mut app: App) {
 fn panels_explain_themselves_and_fit() {
     let session = opened(&["--spp", "1", "--depth", "1", "--no-entities"], true);
     panels_fit(settings_explain_themselves(session.app));
+}
+
+const ALL: [&str; 12] = [
+    "Open",
+    "Places",
+    "Path",
+    "Picture",
+    "Look",
+    "Inspector",
+    "Entities",
+    "Styles",
+    "Statistics",
+    "Window",
+    "Keys",
+    "Film",
+];
+
+/// Panels lie between the bar and a demo's line, beside each other where there is room, and where they were moved;
+/// which are open, in which order and where, is remembered.
+#[test]
+fn panels_lie_beside_each_other_and_are_remembered() {
+    let session = opened(&["--spp", "1", "--depth", "1", SAMPLE_DEMO], true);
+    let mut desk = Desk::new(session.app, Vec2::new(880.0, 560.0), 1.0, Theme::Dark);
+    let remembered = |app: &App| {
+        let text = app.preferences().text();
+        Preferences::parse(&text).expect("what was written")
+    };
+    // A window is as high as wide, low, and large.
+    for size in [
+        [880.0, 560.0],
+        [880.0, 880.0],
+        [640.0, 360.0],
+        [1280.0, 720.0],
+    ] {
+        desk.size = size.into();
+        for word in ALL {
+            let name = word.to_ascii_lowercase();
+            desk.app.panels = Panels::default();
+            let only = Preferences {
+                panels: Some(vec![name.clone()]),
+                ..Preferences::default()
+            };
+            desk.app.prefer(only.clone());
+            desk.settle();
+            let [bar, line] = ["bar", "demo"].map(|id| {
+                let state = egui::containers::panel::PanelState::load(&desk.ctx, Id::new(id));
+                state.expect("a bar").rect
+            });
+            let at = desk.panel(word);
+            let room = Rect::from_x_y_ranges(bar.x_range(), bar.bottom()..=line.top());
+            assert!(room.contains_rect(at), "{word} at {at} in {room}");
+            assert_eq!(remembered(&desk.app).panels, only.panels);
+        }
+    }
+
+    let beside = ["statistics", "inspector", "picture", "places"];
+    let preferences = Preferences {
+        panels: Some(beside.map(str::to_owned).into()),
+        ..Preferences::default()
+    };
+    desk.size = Vec2::new(1600.0, 900.0);
+    desk.app.panels = Panels::default();
+    desk.app.prefer(preferences);
+    desk.settle();
+    let places = ["Statistics", "Inspector", "Picture", "Places"].map(|word| desk.panel(word));
+    for (i, a) in places.iter().enumerate() {
+        for b in &places[i + 1..] {
+            assert!(!a.intersects(*b), "{places:?}");
+        }
+    }
+    assert!(
+        places[0].left() < places[1].left(),
+        "the first opened is in the corner"
+    );
+
+    // By its title.
+    let from = places[0].center_top() + Vec2::new(0.0, 12.0);
+    let by = Vec2::new(420.0, 150.0);
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::default(),
+    };
+    desk.frame(vec![Event::PointerMoved(from)]);
+    desk.frame(vec![button(from, true)]);
+    desk.frame(vec![Event::PointerMoved(from + by / 2.0)]);
+    desk.frame(vec![Event::PointerMoved(from + by)]);
+    desk.frame(vec![button(from + by, false), Event::PointerGone]);
+    desk.settle();
+    let moved = desk.panel("Statistics");
+    assert!((moved.min - (places[0].min + by)).length() < 1.0, "{moved}");
+    assert!(
+        (desk.panel("Inspector").left() - places[0].left()).abs() < 1.0,
+        "it takes the place that is free"
+    );
+    let kept = remembered(&desk.app);
+    assert_eq!(kept.panels, Some(beside.map(str::to_owned).into()));
+    desk.ctx = Context::default();
+    desk.app.panels = Panels::default();
+    desk.app.prefer(kept);
+    desk.settle();
+    assert!((desk.panel("Statistics").min - moved.min).length() < 1.0);
 }

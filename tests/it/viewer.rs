@@ -2,6 +2,7 @@
 
 use clap::Parser as _;
 use egui::{Key, Pos2};
+use mapc::demo::{Client, DemoWriter, Dialect, Entity};
 use runelight::cli::{Cli, Command, EstimatorName, Global, LightingName, Lights, Render};
 use runelight::device::Device;
 use runelight::job::Stopped;
@@ -508,4 +509,99 @@ fn levels_are_opened_and_broken_ones_keep_the_picture() {
     ];
     assert_eq!(session.wishes(), expected);
     assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
+}
+
+/// A room whose walls are two pictures in turn, with a window to the sky, and a demo of somebody who looks up
+/// to it. Half way the server makes it red.
+fn write_game(folder: &Path) {
+    let mut map = mapc::Map::new();
+    for (name, colour) in [("+0wall", 100), ("+1wall", 40)] {
+        map.texture(mapc::Texture::solid(name, 64, 64, colour));
+    }
+    map.texture(mapc::Texture::solid("sky1", 256, 128, 80));
+    map.room([0.0; 3], [256.0; 3], 16.0, "+0wall");
+    map.brush_box([20.0, 20.0, 16.0], [40.0; 3], "+1wall");
+    map.brush_box([64.0, 64.0, 240.0], [192.0, 192.0, 256.0], "sky1");
+    map.entity("info_player_start", &[("origin", "128 128 32")]);
+    let level = mapc::compile(&map, &mapc::Options::default()).expect("a level");
+    let base = folder.join("id1");
+    for folder in ["maps", "gfx/env"] {
+        std::fs::create_dir_all(base.join(folder)).expect("a folder");
+    }
+    std::fs::write(base.join("maps/window.bsp"), level.bytes).expect("a level");
+    for side in ["rt", "bk", "lf", "ft", "up", "dn"] {
+        let mut tga = vec![0; 18];
+        (tga[2], tga[12], tga[14], tga[16]) = (2, 1, 1, 24);
+        tga.extend([0, 0, 255]);
+        std::fs::write(base.join(format!("gfx/env/red{side}.tga")), tga).expect("a side");
+    }
+    let mut w = DemoWriter::new(Dialect::QUAKE, -1);
+    w.server_info("window", 1, &["maps/window.bsp"], &[]);
+    w.set_view(1).signon(1).signon(3);
+    w.end_block([0.0; 3]);
+    for i in 0..9_u8 {
+        let me = Entity {
+            origin: [128.0, 128.0, 40.0],
+            ..Entity::default()
+        };
+        w.frame(10.0 + f32::from(i) / 10.0, &[(1, me)]);
+        w.client(&Client::default());
+        if i == 4 {
+            w.skybox("red");
+        }
+        w.end_block([-90.0, 0.0, 0.0]);
+    }
+    w.disconnect();
+    w.end_block([0.0; 3]);
+    std::fs::write(base.join("window.dem"), w.finish()).expect("a demo");
+}
+
+/// The sky that a demo's server asks for is there whichever way one comes to its time, played or sought; what is asked
+/// of a point is of the time that is shown.
+#[test]
+fn a_demo_has_the_sky_of_its_time_and_a_level_the_texture() {
+    let folder = std::env::temp_dir().join(format!("runelight-sky-{}", std::process::id()));
+    write_game(&folder);
+    let base = folder.display().to_string();
+    let mut session = session(&["--spp", "1", "--depth", "1", "--basedir", &base, "window"]);
+    let mut albedos = Vec::new();
+    for at in [0.0, 0.2, 0.4] {
+        session.app.args.picture.scene.at = at;
+        session.until(LIMIT, App::is_done).expect("a picture");
+        session.app.inspect([0.5, 0.5]);
+        (session.until(LIMIT, |app| !app.is_inspecting())).expect("an answer");
+        let report = session.app.inspected.as_ref().expect("a wall");
+        albedos.push(report.seen.albedo);
+    }
+    assert!(
+        albedos[0] != albedos[1] && albedos[0] == albedos[2],
+        "{albedos:?}"
+    );
+
+    session.app.args.picture.scene.at = 0.0;
+    session.app.open(Some("window.dem".into()));
+    let opened = |app: &App| app.player.is_some() && app.is_done();
+    session.until(LIMIT, opened).expect("a picture");
+    let is_red = |session: &mut Session| {
+        session.until(LIMIT, App::is_done).expect("a picture");
+        let film = session.app.film().expect("a device").expect("a film");
+        let [red, green, blue] = film.beauty[(film.width * film.height + film.width) as usize / 2];
+        assert!(red > 0.0);
+        green == 0.0 && blue == 0.0
+    };
+    assert!(!is_red(&mut session));
+    for (time, red) in [(0.6, true), (0.2, false), (0.7, true), (0.0, false)] {
+        session.app.player.as_mut().expect("a demo").seek(time);
+        session.frame().expect("a frame");
+        assert_eq!(is_red(&mut session), red, "at {time} s");
+    }
+    session.app.player.as_mut().expect("a demo").plays = true;
+    session.frame().expect("a frame");
+    assert!(is_red(&mut session), "played to its end");
+    // Another scene of the same moment keeps it.
+    session.app.args.picture.scene.threshold = 0.3;
+    session.frame().expect("a frame");
+    assert!(is_red(&mut session));
+    assert_silent(&session);
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
 }

@@ -11,7 +11,7 @@ use super::convergence::Convergence;
 use super::display::{AutoExposure, Display};
 use super::draw::{self, Textures};
 use super::export::Export;
-use super::fly::{Eye, Flight};
+use super::fly::{Eye, Flight, Journey};
 use super::hot::Hot;
 use super::inspect::{Inspection, Report};
 use super::keys::Bindings;
@@ -106,6 +106,8 @@ pub struct App {
     pub player: Option<Player>,
     /// Where the demo that is being loaded goes on.
     seeks: Option<f64>,
+    /// Level and sky of the demo that were loaded last, or could not be.
+    asked: Option<(usize, Option<String>)>,
     /// When and for whom `frame` is.
     moment: Option<(f64, playback::Eye)>,
     /// What is shown of the demo.
@@ -115,6 +117,8 @@ pub struct App {
     /// What `stage` was asked for, so that files of materials are not read in every frame.
     considered: Option<Render>,
     walker: Option<Walker>,
+    /// Where the eye is being taken.
+    journey: Option<Journey>,
     camera: usize,
     holds_mouse: bool,
     full_screen: bool,
@@ -178,12 +182,14 @@ impl App {
             stage: None,
             loading: None,
             player: None,
+            asked: None,
             moment: None,
             frame: None,
             watch: None,
             hot: Hot::new(),
             considered: None,
             walker: None,
+            journey: None,
             camera: 0,
             holds_mouse: false,
             full_screen: false,
@@ -225,6 +231,7 @@ impl App {
             && self.writing.is_none()
             && !self.is_saving
             && !self.player.as_ref().is_some_and(|p| p.plays)
+            && self.journey.is_none()
             && self.stage.is_some()
             && self.is_still()
             && !self.needs_turning()

@@ -103,6 +103,49 @@ fn wrapped(degrees: f32) -> f32 {
     (degrees + 180.0).rem_euclid(360.0) - 180.0
 }
 
+/// Seconds that a journey takes, however far it is.
+pub const JOURNEY: f32 = 0.6;
+
+/// The eye on its way to a place that was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Journey {
+    from: Eye,
+    to: Eye,
+    seconds: f32,
+}
+
+impl Journey {
+    /// Sets out.
+    #[must_use]
+    pub fn new(from: Eye, to: Eye) -> Self {
+        Self {
+            from,
+            to,
+            seconds: 0.0,
+        }
+    }
+
+    /// Where the eye is so many seconds later, and whether it has arrived. It leaves and arrives slowly, and
+    /// turns the shorter way.
+    pub fn pass(&mut self, seconds: f32) -> (Eye, bool) {
+        self.seconds += seconds;
+        let t = self.seconds / JOURNEY;
+        if t >= 1.0 {
+            return (self.to, true);
+        }
+        let share = t * t * (3.0 - 2.0 * t);
+        let Self { from, to, .. } = self;
+        let turned = |a: f32, b: f32| wrapped(a + wrapped(b - a) * share);
+        let eye = Eye {
+            position: from.position.lerp(to.position, share),
+            pitch: from.pitch + (to.pitch - from.pitch) * share,
+            yaw: turned(from.yaw, to.yaw),
+            roll: turned(from.roll, to.roll),
+        };
+        (eye, false)
+    }
+}
+
 /// Free flight through everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
@@ -225,6 +268,34 @@ mod tests {
         // Speed that is left when it counts as rest is not flown off.
         assert!((slow - fast).length() < 0.5, "{slow} {fast}");
         assert!((slow.x - 320.0).abs() < 0.5 && slow.y == 0.0, "{slow}");
+    }
+
+    #[test]
+    fn a_journey_leaves_and_arrives_slowly_and_turns_the_shorter_way() {
+        let from = Eye {
+            yaw: 170.0,
+            ..START
+        };
+        let to = Eye {
+            position: Vec3::new(100.0, -200.0, 40.0),
+            pitch: -20.0,
+            yaw: -150.0,
+            roll: 0.0,
+        };
+        let mut journey = Journey::new(from, to);
+        let eyes: Vec<Eye> = (0..60).map(|_| journey.pass(JOURNEY / 60.5).0).collect();
+        let steps: Vec<f32> = (eyes.windows(2))
+            .map(|e| e[0].position.distance(e[1].position))
+            .collect();
+        assert!(
+            steps[0] < 0.2 * steps[29] && steps[58] < 0.2 * steps[29],
+            "{steps:?}"
+        );
+        assert!(
+            eyes.iter().all(|e| e.yaw.abs() >= 150.0),
+            "40 degrees, not 320"
+        );
+        assert_eq!(journey.pass(0.1), (to, true), "exactly there");
     }
 
     #[test]

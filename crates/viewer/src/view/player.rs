@@ -90,6 +90,14 @@ impl Player {
         }
     }
 
+    /// The level of this time, and the name of its skybox if the server asks for one.
+    #[must_use]
+    pub fn place(&self) -> Option<(usize, Option<String>)> {
+        let level = self.timeline.level_at(self.time)?;
+        let sky = self.timeline.sky_at(self.time);
+        Some((level, sky.map(str::to_owned)))
+    }
+
     /// Everything at this time. A free eye sees what the player did not.
     #[must_use]
     pub fn state(&self) -> Option<State> {

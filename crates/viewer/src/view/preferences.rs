@@ -3,7 +3,7 @@
 
 use super::app::App;
 use super::display::PACES;
-use super::panels::BUDGET_MS;
+use super::panels::{BUDGET_MS, PANELS};
 use anyhow::{Context as _, Result};
 use egui::ThemePreference;
 use serde::Deserialize;
@@ -33,8 +33,14 @@ pub struct Preferences {
     pub theme: Option<String>,
     /// Size of words, 1 is the system's.
     pub scale: Option<f32>,
-    /// Panels that are open: `picture`, `look`, `inspector`, `entities`, `styles`, `statistics`, `places`.
+    /// Panels that are open, by the words of the bar in small letters, the first opened first.
     pub panels: Option<Vec<String>>,
+    /// Panels that were moved: the corner or side that they are placed by, in points.
+    pub moved: BTreeMap<String, [f32; 2]>,
+    /// Points across and down of the window.
+    pub size: Option<[u32; 2]>,
+    /// Whether it fills what the display has for windows.
+    pub maximized: bool,
     /// Other keys than the usual: from an action (`save`) to a key (`F12`).
     pub keys: BTreeMap<String, String>,
     /// Places by level: x, y, z, pitch, yaw, roll.
@@ -139,6 +145,16 @@ impl Preferences {
         if let Some(panels) = &self.panels {
             text += &format!("panels = {}\n", list(panels, |p| quoted(p)));
         }
+        if let Some(size) = &self.size {
+            text += &format!("size = {}\n", list(size, u32::to_string));
+        }
+        if self.maximized {
+            text += "maximized = true\n";
+        }
+        text += "\n[moved]\n";
+        for (panel, at) in &self.moved {
+            text += &format!("{} = {}\n", quoted(panel), list(at, |n| format!("{n:?}")));
+        }
         text += "\n[keys]\n";
         for (action, key) in &self.keys {
             text += &format!("{} = {}\n", quoted(action), quoted(key));
@@ -188,14 +204,24 @@ impl App {
             self.egui().set_zoom_factor(scale.clamp(0.5, 3.0));
         }
         if let Some(open) = &preferences.panels {
-            let is_open = |name: &str| open.iter().any(|o| o == name);
-            self.panels.render = is_open("picture");
-            self.panels.looking = is_open("look");
-            self.panels.inspector = is_open("inspector");
-            self.panels.entities = is_open("entities");
-            self.panels.styles = is_open("styles");
-            self.panels.statistics = is_open("statistics");
-            self.panels.places = is_open("places");
+            PANELS
+                .iter()
+                .for_each(|p| *(p.is_open)(&mut self.panels) = false);
+            for name in open {
+                match PANELS.iter().find(|p| p.name() == *name) {
+                    Some(panel) => {
+                        *(panel.is_open)(&mut self.panels) = true;
+                        self.panels.opened();
+                    }
+                    None => (self.notices).error(format!("settings: {name} is no panel")),
+                }
+            }
+        }
+        for panel in PANELS {
+            let at = preferences.moved.get(&panel.name());
+            if let Some(at) = at.filter(|at| at.iter().all(|n| n.is_finite())) {
+                self.panels.moved.insert(panel.word, *at);
+            }
         }
         self.folder.clone_from(&preferences.folder);
         self.preferences = preferences;
@@ -204,16 +230,8 @@ impl App {
     /// What is to be remembered.
     #[must_use]
     pub fn preferences(&self) -> Preferences {
-        let panels = [
-            ("picture", self.panels.render),
-            ("look", self.panels.looking),
-            ("inspector", self.panels.inspector),
-            ("entities", self.panels.entities),
-            ("styles", self.panels.styles),
-            ("statistics", self.panels.statistics),
-            ("places", self.panels.places),
-        ];
-        let open = panels.iter().filter(|(_, open)| *open);
+        let name = |word: &str| word.to_ascii_lowercase();
+        let mut panels = self.panels.clone();
         Preferences {
             budget_ms: Some(self.panels.budget_ms).filter(|ms| *ms != BUDGET_MS),
             pace: (PACES.iter().skip(1).find(|p| p.0 == self.display.pace)).map(|p| p.1.to_owned()),
@@ -222,7 +240,10 @@ impl App {
                 .find(|t| t.0 == self.egui().options(|o| o.theme_preference))
                 .map(|t| t.1.to_owned()),
             scale: Some(self.egui().zoom_factor()).filter(|s| *s != 1.0),
-            panels: Some(open.map(|(name, _)| (*name).to_owned()).collect()),
+            panels: Some(panels.opened().iter().map(|word| name(word)).collect()),
+            moved: (self.panels.moved.iter())
+                .map(|(word, at)| (name(word), *at))
+                .collect(),
             ..self.preferences.clone()
         }
     }
@@ -242,6 +263,9 @@ mod tests {
             theme: Some("light".into()),
             scale: Some(1.5),
             panels: Some(vec!["places".into()]),
+            moved: BTreeMap::from([("look".into(), [-0.5, 1e4])]),
+            size: Some([1280, 720]),
+            maximized: true,
             ..Preferences::default()
         };
         (0..20).for_each(|i| all.visit(&format!("level {i}.bsp")));

@@ -53,7 +53,7 @@ pub enum Wanted {
     Level(Option<String>),
     /// The same files once more, with other options.
     Again(Option<String>, Arc<Loaded>),
-    /// The level of a demo at a time; the demo is read first where it is not given.
+    /// The level of a demo at a time, in the sky that the server asks for then; the demo is read first where it is not given.
     Demo(String, Option<Arc<Timeline>>, f64),
     /// The same scene with its sprites turned to another camera.
     Turned(Option<String>, Arc<Loaded>, Arc<Scene>),
@@ -164,7 +164,7 @@ pub fn settings_of(args: &Render, scene: &Scene) -> Result<Settings> {
 
 fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
     let start = Instant::now();
-    let mut film = None;
+    let (mut film, mut sky) = (None, None);
     let (level, loaded, scene) = match wanted {
         Wanted::Demo(name, timeline, time) => {
             let timeline = match timeline {
@@ -178,6 +178,7 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
             let index = timeline.level_at(time).context("the demo shows no level")?;
             let map = &timeline.levels()[index].map;
             let loaded = Arc::new(Source::of_demo(map, &order.global)?.load()?);
+            sky = timeline.sky_at(time).map(str::to_owned);
             film = Some((timeline, index));
             (Some(name), loaded, None)
         }
@@ -195,7 +196,10 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
         args.picture.view.camera = Some(CameraChoice::Pose(eye.pose()));
         args.picture.view.camera_path = None;
     }
-    let options = args.picture.import_options()?;
+    let options = ImportOptions {
+        skybox: sky,
+        ..args.picture.import_options()?
+    };
     let (mut scene, showing) = match (scene, film) {
         (_, Some((timeline, index))) => {
             let parts = Parts::of(&timeline, index);

@@ -78,7 +78,7 @@ pub fn run(global: &Global, args: &Render, options: Options) -> Result<Vec<Strin
     events.run_app(&mut handler)?;
     if let Some(running) = &handler.running
         && let Some(file) = &running.file
-        && let Err(error) = running.app.preferences().write(file)
+        && let Err(error) = running.preferences().write(file)
     {
         tracing::warn!("the settings are not kept: {error:#}");
     }
@@ -126,9 +126,16 @@ struct Running {
 
 impl Handler<'_> {
     fn open(&self, events: &ActiveEventLoop, args: &Render) -> Result<Running> {
-        let [width, height] = SIZE;
+        // A pilot's flight is no person's: nothing is remembered of it.
+        let file = Preferences::path().filter(|_| self.options.pilot.is_none());
+        let read = file.as_deref().map(Preferences::read);
+        let known = read.as_ref().and_then(|read| read.as_ref().ok());
+        let size = known.and_then(|p| p.size).unwrap_or(SIZE);
+        // Neither too small to be found nor larger than any screen.
+        let [width, height] = size.map(|n| n.clamp(200, 16_384));
         let attributes = winit::window::Window::default_attributes()
             .with_title("runelight")
+            .with_maximized(known.is_some_and(|p| p.maximized))
             .with_inner_size(LogicalSize::new(width, height));
         let window = Arc::new(events.create_window(attributes)?);
         let opened = Device::for_window(&self.global.device, self.options.validation)?;
@@ -137,19 +144,18 @@ impl Handler<'_> {
         let size = [size.width, size.height];
         let screen = Screen::of_window(&opened.1, Arc::clone(&window), size)?;
         let mut app = App::new(opened, self.global.clone(), args.clone());
-        // A pilot's flight is no person's: nothing is remembered of it.
-        let file = Preferences::path().filter(|_| self.options.pilot.is_none());
-        let file = file.and_then(|path| match Preferences::read(&path) {
-            Ok(preferences) => {
+        let file = match (file, read) {
+            (Some(path), Some(Ok(preferences))) => {
                 app.prefer(preferences);
                 Some(path)
             }
-            Err(error) => {
+            (_, Some(Err(error))) => {
                 // Not written over: it is a person's, who made a mistake.
                 app.notices.error(format!("{error:#}"));
                 None
             }
-        });
+            (_, None) | (None, _) => None,
+        };
         let egui = egui_winit::State::new(
             app.egui().clone(),
             egui::ViewportId::ROOT,
@@ -176,11 +182,10 @@ impl Handler<'_> {
         let Some(mut running) = self.running.take() else {
             return self.fail(events, error);
         };
-        let app = &mut running.app;
-        app.remember_place();
+        running.app.remember_place();
         let mut kept = String::new();
         if let Some(file) = &running.file {
-            match app.preferences().write(file) {
+            match running.preferences().write(file) {
                 Ok(()) => kept = format!("; settings and the place are kept in {}", file.display()),
                 Err(error) => tracing::warn!("the settings are not kept: {error:#}"),
             }
@@ -192,8 +197,8 @@ impl Handler<'_> {
             self.running = Some(running);
             return self.fail(events, error.context(why));
         }
-        let (args, moment) = app.to_go_on();
-        let panels = app.panels.clone();
+        let (args, moment) = running.app.to_go_on();
+        let panels = running.app.panels.clone();
         let percent = match error.downcast_ref() {
             Some(rt::Error::Memory { .. }) => (panels.percent / 2).max(10),
             _ => panels.percent,
@@ -243,6 +248,20 @@ impl Handler<'_> {
 }
 
 impl Running {
+    /// What is to be remembered of the viewer and of its window.
+    fn preferences(&self) -> Preferences {
+        let window = &self.window;
+        let (maximized, full) = (window.is_maximized(), window.fullscreen().is_some());
+        let size = window.inner_size().to_logical::<u32>(window.scale_factor());
+        let mut preferences = self.app.preferences();
+        preferences.maximized = maximized;
+        // What it had before it filled the screen is what it will have after that.
+        if !maximized && !full && size.width > 0 && size.height > 0 {
+            preferences.size = Some([size.width, size.height]);
+        }
+        preferences
+    }
+
     /// One frame; in so many seconds the next is wanted, `None` to end.
     fn frame(&mut self, asked: Vec<PilotWish>) -> Result<Option<f32>> {
         let now = Instant::now();

@@ -1,7 +1,7 @@
 //! What a person does with keys and pointer, and where that takes the eye.
 
 use super::{App, Wish};
-use crate::view::fly::{Controls, Eye};
+use crate::view::fly::{Controls, Eye, Journey};
 use crate::view::keys::Action;
 use crate::view::stage::Loading;
 use crate::view::walk::{Walker, Walls};
@@ -78,8 +78,14 @@ impl App {
             }
         }
         self.eye = self.eye.turned([look.x, look.y]);
-        self.go(&controls, seconds);
         let taken = moves || look != egui::Vec2::ZERO;
+        // Whoever moves is no longer taken anywhere.
+        let follows = self.player.as_ref().is_some_and(|p| p.follows);
+        let journey = self.journey.take().filter(|_| !taken && !follows);
+        match journey {
+            Some(journey) => self.travel(journey, seconds),
+            None => self.go(&controls, seconds),
+        }
         self.pass_path(if still { 0.0 } else { seconds }, taken);
 
         if pressed(Action::Walk) {
@@ -121,6 +127,7 @@ impl App {
     /// Walks from where the eye is, or flies.
     pub fn set_walking(&mut self, walks: bool) {
         self.flight.stop();
+        self.journey = None;
         let there = (self.stage.as_ref())
             .is_some_and(|s| Walls::of(&s.loaded.level.bsp, &s.loaded.level.entities).is_some());
         if walks && !there {
@@ -165,10 +172,22 @@ impl App {
     /// Jumps.
     pub fn go_to(&mut self, eye: Eye) {
         self.eye = eye;
+        self.journey = None;
         self.flight.stop();
         if self.walker.is_some() {
             self.walker = Some(Walker::at(&eye));
         }
+    }
+
+    /// Flies to a place by itself, unless somebody moves.
+    pub(super) fn fly_to(&mut self, eye: Eye) {
+        self.journey = Some(Journey::new(self.eye, eye));
+    }
+
+    fn travel(&mut self, mut journey: Journey, seconds: f32) {
+        let (eye, there) = journey.pass(seconds);
+        self.go_to(eye);
+        self.journey = (!there).then_some(journey);
     }
 
     pub(super) fn go(&mut self, controls: &Controls, seconds: f32) {

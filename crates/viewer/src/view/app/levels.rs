@@ -6,6 +6,7 @@ use crate::view::fly::Eye;
 use crate::view::player::Player;
 use crate::view::stage::{Loading, Order, Stage, Wanted};
 use crate::view::watch::Watch;
+use scene::import::ImportOptions;
 use std::sync::Arc;
 
 impl App {
@@ -55,7 +56,7 @@ impl App {
             None => name.as_ref().and_then(|name| Watch::new(name.as_ref())),
             Some(_) => None,
         };
-        (self.moment, self.frame) = (None, None);
+        (self.moment, self.frame, self.asked) = (None, None, None);
         self.player = stage
             .showing
             .as_ref()
@@ -171,6 +172,7 @@ impl App {
 
     /// Reads the level's files anew; the eye stays.
     pub fn reload(&mut self) {
+        self.asked = None;
         if let Some(player) = &self.player {
             let (demo, time) = (player.demo.clone(), player.time);
             self.load(Wanted::Demo(demo, None, time), true);
@@ -208,7 +210,9 @@ impl App {
             }
             return;
         }
-        match self.args.picture.import_options() {
+        let options = self.args.picture.import_options();
+        let sky = || self.player.as_ref()?.place()?.1;
+        match options.map(|o| ImportOptions { skybox: sky(), ..o }) {
             Ok(options) if options != stage.options => {
                 let again = match &self.player {
                     Some(p) => Wanted::Demo(p.demo.clone(), Some(p.timeline.clone()), p.time),

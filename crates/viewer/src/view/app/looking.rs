@@ -138,7 +138,7 @@ impl App {
         }
     }
 
-    /// Goes to where an entity can be seen.
+    /// Flies to where an entity can be seen.
     pub fn go_to_entity(&mut self, number: usize) {
         let Some(stage) = &self.stage else { return };
         let level = &stage.loaded.level;
@@ -148,7 +148,8 @@ impl App {
             if let Some(player) = &mut self.player {
                 player.follows = false;
             }
-            self.go_to(eye);
+            self.flight_path.flies = false;
+            self.fly_to(eye);
         }
     }
 }

@@ -240,16 +240,24 @@ impl App {
         let (Some(showing), Some(state)) = (&stage.showing, player.state()) else {
             return Ok(false);
         };
-        if state.level != showing.index {
-            if self.loading.is_none() {
-                let timeline = Some(player.timeline.clone());
-                self.load(
-                    Wanted::Demo(player.demo.clone(), timeline, player.time),
-                    true,
-                );
-            }
-            return Ok(false);
+        let wanted = player.place();
+        let shown = Some((showing.index, stage.options.skybox.clone()));
+        if wanted == shown {
+            self.asked = None;
+        } else if self.loading.is_none() && self.asked != wanted {
+            let timeline = Some(player.timeline.clone());
+            let level = Wanted::Demo(player.demo.clone(), timeline, player.time);
+            self.asked = wanted;
+            self.load(level, true);
         }
+        let (Some(player), Some(stage)) = (&self.player, &self.stage) else {
+            return Ok(false);
+        };
+        // In another sky the level is shown until that is there.
+        let showing = (stage.showing.as_ref()).filter(|s| s.index == state.level);
+        let Some(showing) = showing else {
+            return Ok(false);
+        };
         let view = &args.picture.view;
         let eye = if player.follows {
             playback::Eye::Player {

@@ -98,6 +98,9 @@ pub struct Key {
     pub baked: bool,
 }
 
+/// A scene, and its level time in seconds.
+type Moment = (SceneId, f32);
+
 /// What is looked at.
 #[derive(Clone)]
 pub struct Subject {
@@ -120,8 +123,9 @@ pub struct Subject {
 /// The scenes that were made ready for rays last: another question about the same one costs nothing more.
 #[derive(Default)]
 pub struct Probes {
-    scene: Mutex<Option<Arc<Probe>>>,
-    baked: Mutex<Option<(SceneId, Arc<Probe>)>>,
+    /// With the level time that it was made ready for: light styles and textures are those of a moment.
+    scene: Mutex<Option<(f32, Arc<Probe>)>>,
+    baked: Mutex<Option<(Moment, Arc<Probe>)>>,
 }
 
 impl Probes {
@@ -131,9 +135,11 @@ impl Probes {
     /// A sentence when the scene contradicts itself.
     pub fn of(&self, subject: &Subject) -> Result<Arc<Probe>, String> {
         let mut last = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |p: &&Arc<Probe>| Arc::ptr_eq(p.scene(), &subject.scene);
+        let same = |(time, probe): &&(f32, Arc<Probe>)| {
+            *time == subject.time && Arc::ptr_eq(probe.scene(), &subject.scene)
+        };
         if subject.frame.is_none()
-            && let Some(probe) = last.as_ref().filter(same)
+            && let Some((_, probe)) = last.as_ref().filter(same)
         {
             return Ok(Arc::clone(probe));
         }
@@ -143,15 +149,15 @@ impl Probes {
             probe.show(frame).map_err(|e| e.to_string())?;
         }
         let probe = Arc::new(probe);
-        *last = Some(Arc::clone(&probe));
+        *last = Some((subject.time, Arc::clone(&probe)));
         Ok(probe)
     }
 
     /// The same level as its own lightmaps light it. Not of demos.
     fn baked(&self, subject: &Subject) -> Result<Arc<Probe>, String> {
         let mut last = self.baked.lock().unwrap_or_else(PoisonError::into_inner);
-        let of = SceneId::of(&subject.scene);
-        if let Some((_, probe)) = last.as_ref().filter(|(scene, _)| *scene == of) {
+        let of: Moment = (SceneId::of(&subject.scene), subject.time);
+        if let Some((_, probe)) = last.as_ref().filter(|(asked, _)| *asked == of) {
             return Ok(Arc::clone(probe));
         }
         let options = ImportOptions {

@@ -19,7 +19,8 @@ use super::draw::PICTURE_ID;
 use super::inspect::Report;
 use super::keys::{ACTIONS, Action};
 use crate::job::Stopped;
-use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, RichText, Ui, vec2};
+use egui::{Align, Align2, Color32, Context, Id, LayerId, Pos2, Rect, RichText, Ui, vec2};
+use std::collections::BTreeMap;
 
 /// Which panels are open, and what is set in them that is no part of the picture.
 #[derive(Clone, Debug)]
@@ -50,6 +51,10 @@ pub struct Panels {
     pub path: bool,
     /// How the window is shown.
     pub window: bool,
+    /// Words of those that are open, in the order in which they were opened.
+    order: Vec<&'static str>,
+    /// Those that somebody has moved, by their words: their corner or side in points.
+    pub(super) moved: BTreeMap<&'static str, [f32; 2]>,
     /// The folder whose files can be opened; `None` before it was listed.
     folder: Option<files::Folder>,
     /// Size of the picture in percent of the window's.
@@ -85,6 +90,8 @@ impl Default for Panels {
             export: false,
             path: false,
             window: false,
+            order: Vec::new(),
+            moved: BTreeMap::new(),
             folder: None,
             percent: 100,
             budget_ms: BUDGET_MS,
@@ -108,127 +115,222 @@ impl Panels {
 }
 
 /// A panel in a window of its own.
-struct Panel {
+pub(super) struct Panel {
+    /// What the bar calls it, and in small letters the settings.
+    pub word: &'static str,
     title: &'static str,
-    /// Corner or side of the screen, and how far from it in points.
-    at: (Align2, egui::Vec2),
-    scrolls: bool,
-    is_open: fn(&mut Panels) -> &mut bool,
+    /// What the bar says of it; `None` of what has its button elsewhere.
+    hint: Option<&'static str>,
+    /// Corner or side of the room under the bar, until it is moved.
+    at: Align2,
+    /// Where in [`Panels`] it is told whether it is open.
+    pub is_open: fn(&mut Panels) -> &mut bool,
     show: fn(&mut App, &mut Ui),
 }
 
-const PANELS: [Panel; 12] = [
+impl Panel {
+    /// What the settings call it.
+    pub fn name(&self) -> String {
+        self.word.to_ascii_lowercase()
+    }
+
+    fn id(&self) -> Id {
+        Id::new(("panel", self.word))
+    }
+}
+
+/// All panels, in the order of the bar.
+pub(super) const PANELS: [Panel; 12] = [
     Panel {
-        title: "Picture",
-        at: (Align2::RIGHT_TOP, vec2(-8.0, 36.0)),
-        scrolls: true,
-        is_open: |p| &mut p.render,
-        show: render::show,
-    },
-    Panel {
-        title: "Statistics",
-        at: (Align2::LEFT_TOP, vec2(8.0, 36.0)),
-        scrolls: true,
-        is_open: |p| &mut p.statistics,
-        show: |app, ui| statistics::show(app, ui),
-    },
-    Panel {
-        title: "Look",
-        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0)),
-        scrolls: false,
-        is_open: |p| &mut p.looking,
-        show: looking::show,
-    },
-    Panel {
-        title: "Inspector",
-        at: (Align2::LEFT_TOP, vec2(8.0, 36.0)),
-        scrolls: false,
-        is_open: |p| &mut p.inspector,
-        show: inspector::show,
-    },
-    Panel {
-        title: "Entities",
-        at: (Align2::LEFT_BOTTOM, vec2(8.0, -8.0)),
-        scrolls: false,
-        is_open: |p| &mut p.entities,
-        show: entities::show,
-    },
-    Panel {
-        title: "Light styles",
-        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -8.0)),
-        scrolls: false,
-        is_open: |p| &mut p.styles,
-        show: styles::show,
-    },
-    Panel {
-        title: "Places",
-        at: (Align2::LEFT_BOTTOM, vec2(8.0, -8.0)),
-        scrolls: false,
-        is_open: |p| &mut p.places,
-        show: places::show,
-    },
-    Panel {
-        title: "Path",
-        at: (Align2::LEFT_CENTER, vec2(8.0, 0.0)),
-        scrolls: false,
-        is_open: |p| &mut p.path,
-        show: path::show,
-    },
-    Panel {
-        title: "Window",
-        at: (Align2::CENTER_TOP, vec2(0.0, 48.0)),
-        scrolls: false,
-        is_open: |p| &mut p.window,
-        show: window::show,
-    },
-    Panel {
-        title: "Film",
-        at: (Align2::RIGHT_BOTTOM, vec2(-8.0, -64.0)),
-        scrolls: true,
-        is_open: |p| &mut p.export,
-        show: export::show,
-    },
-    Panel {
+        word: "Open",
         title: "Open",
-        at: (Align2::CENTER_CENTER, vec2(0.0, 0.0)),
-        scrolls: false,
+        hint: Some("levels of the search path; files can also be dropped on the window"),
+        at: Align2::CENTER_CENTER,
         is_open: |p| &mut p.open,
         show: open::show,
     },
     Panel {
+        word: "Places",
+        title: "Places",
+        hint: Some("the level's cameras, and typing where to be"),
+        at: Align2::LEFT_BOTTOM,
+        is_open: |p| &mut p.places,
+        show: places::show,
+    },
+    Panel {
+        word: "Path",
+        title: "Path",
+        hint: Some("a flight of the camera: keys, played and kept"),
+        at: Align2::LEFT_CENTER,
+        is_open: |p| &mut p.path,
+        show: path::show,
+    },
+    Panel {
+        word: "Picture",
+        title: "Picture",
+        hint: Some("how the picture is made"),
+        at: Align2::RIGHT_TOP,
+        is_open: |p| &mut p.render,
+        show: render::show,
+    },
+    Panel {
+        word: "Look",
+        title: "Look",
+        hint: Some("layers, zoom, pixel values, comparison with another picture"),
+        at: Align2::RIGHT_BOTTOM,
+        is_open: |p| &mut p.looking,
+        show: looking::show,
+    },
+    Panel {
+        word: "Inspector",
+        title: "Inspector",
+        hint: Some("click on the picture: what is there, and where its light comes from"),
+        at: Align2::LEFT_TOP,
+        is_open: |p| &mut p.inspector,
+        show: inspector::show,
+    },
+    Panel {
+        word: "Entities",
+        title: "Entities",
+        hint: Some("the entities of the level; a click goes there"),
+        at: Align2::LEFT_BOTTOM,
+        is_open: |p| &mut p.entities,
+        show: entities::show,
+    },
+    Panel {
+        word: "Styles",
+        title: "Light styles",
+        hint: Some("light styles: how bright each one is"),
+        at: Align2::RIGHT_BOTTOM,
+        is_open: |p| &mut p.styles,
+        show: styles::show,
+    },
+    Panel {
+        word: "Statistics",
+        title: "Statistics",
+        hint: Some("what the picture costs"),
+        at: Align2::LEFT_TOP,
+        is_open: |p| &mut p.statistics,
+        show: |app, ui| statistics::show(app, ui),
+    },
+    Panel {
+        word: "Window",
+        title: "Window",
+        hint: Some("how often it is drawn, its colours, the size of its words"),
+        at: Align2::CENTER_TOP,
+        is_open: |p| &mut p.window,
+        show: window::show,
+    },
+    Panel {
+        word: "Keys",
         title: "Keys",
-        at: (Align2::CENTER_CENTER, vec2(0.0, 0.0)),
-        scrolls: true,
+        hint: Some("what keys do"),
+        at: Align2::CENTER_CENTER,
         is_open: |p| &mut p.keys,
         show: |app, ui| keys(app, ui),
     },
+    Panel {
+        word: "Film",
+        title: "Film",
+        hint: None,
+        at: Align2::RIGHT_BOTTOM,
+        is_open: |p| &mut p.export,
+        show: export::show,
+    },
 ];
+
+impl Panels {
+    /// Words of the panels that are open, in the order in which they were opened.
+    pub(super) fn opened(&mut self) -> &[&'static str] {
+        for panel in PANELS {
+            let is_open = *(panel.is_open)(self);
+            let is_known = self.order.contains(&panel.word);
+            if is_open && !is_known {
+                self.order.push(panel.word);
+            } else if !is_open && is_known {
+                self.order.retain(|word| *word != panel.word);
+            }
+        }
+        &self.order
+    }
+}
 
 /// Shows the picture and what lies over it.
 pub fn show(app: &mut App, ctx: &Context) {
     picture(app, ctx);
-    notices(app, ctx);
+    if !app.panels.hidden {
+        bar(app, ctx);
+        demo::show(app, ctx);
+    }
+    let room = ctx.available_rect();
+    notices(app, ctx, room);
     if app.panels.hidden {
         return;
     }
-    bar(app, ctx);
-    demo::show(app, ctx);
-    // What does not fit is scrolled to.
-    let height = ctx.viewport_rect().height() - 96.0;
-    for panel in PANELS {
-        let mut open = *(panel.is_open)(&mut app.panels);
-        egui::Window::new(panel.title)
-            .anchor(panel.at.0, panel.at.1)
+    // Title and edges of a panel, in points.
+    let height = room.height() - 2.0 * APART - 60.0;
+    let mut taken: Vec<Rect> = Vec::new();
+    for word in app.panels.opened().to_vec() {
+        let Some(panel) = PANELS.iter().find(|p| p.word == word) else {
+            continue;
+        };
+        let last = ctx.memory(|m| m.area_rect(panel.id()));
+        let size = last.map_or(egui::Vec2::ZERO, |r| r.size());
+        let at = (app.panels.moved.get(word))
+            .map_or_else(|| place(panel.at, size, room, &taken), |&at| at.into());
+        let mut open = true;
+        let shown = egui::Window::new(panel.title)
+            .id(panel.id())
+            .pivot(panel.at)
+            .current_pos(at)
+            .constrain_to(room)
             .resizable(false)
-            .default_height(height)
+            // What it may take; it is as high as what is in it.
+            .min_height(height)
             .max_height(height)
             .frame(egui::Frame::window(&ctx.style()).multiply_with_opacity(0.92))
             .open(&mut open)
-            .vscroll(panel.scrolls)
-            .show(ctx, |ui| (panel.show)(app, ui));
+            .show(ctx, |ui| {
+                // What does not fit is scrolled to.
+                let scroll = egui::ScrollArea::vertical().max_height(height);
+                scroll.show(ui, |ui| (panel.show)(app, ui));
+            });
+        if let Some(shown) = shown {
+            let rect = shown.response.rect;
+            taken.push(rect);
+            if shown.response.dragged() {
+                let at = panel.at.pos_in_rect(&rect);
+                app.panels.moved.insert(word, at.into());
+            }
+        }
         // What is shown may have closed it, too.
         *(panel.is_open)(&mut app.panels) &= open;
     }
+}
+
+/// Points between panels.
+const APART: f32 = 8.0;
+
+/// Where a panel of this size goes that nobody has moved: to its side of the room, or beside the panels that
+/// are there already. The point is that corner or side of it.
+fn place(align: Align2, size: egui::Vec2, room: Rect, taken: &[Rect]) -> Pos2 {
+    let room = room.shrink(APART);
+    let usual = align.align_size_within_rect(size, room);
+    let mut rect = usual;
+    while let Some(other) = taken.iter().find(|other| other.intersects(rect)) {
+        let left = if align.x() == Align::Max {
+            other.left() - APART - size.x
+        } else {
+            other.right() + APART
+        };
+        rect = Rect::from_min_size(Pos2::new(left, rect.top()), size);
+        if rect.left() < room.left() || rect.right() > room.right() {
+            // There is no room for it: it lies over them.
+            rect = usual;
+            break;
+        }
+    }
+    align.pos_in_rect(&rect)
 }
 
 /// The traced picture, all over the window.
@@ -308,13 +410,15 @@ fn split(app: &mut App, ctx: &Context, screen: Rect) -> f32 {
 }
 
 /// What is loaded, what was said.
-fn notices(app: &mut App, ctx: &Context) {
+fn notices(app: &mut App, ctx: &Context, room: Rect) {
     // An empty area would still be in the way of the mouse.
     if app.notices.all().is_empty() && app.loading.is_none() {
         return;
     }
     let frame = egui::Frame::popup(&ctx.style()).multiply_with_opacity(0.92);
-    let area = egui::Area::new("notices".into()).anchor(Align2::CENTER_BOTTOM, vec2(0.0, -12.0));
+    let area = egui::Area::new("notices".into())
+        .constrain_to(room)
+        .anchor(Align2::CENTER_BOTTOM, vec2(0.0, -12.0));
     area.show(ctx, |ui| {
         let mut gone = None;
         for (i, notice) in app.notices.all().iter().enumerate() {
@@ -356,28 +460,11 @@ fn bar(app: &mut App, ctx: &Context) {
     let frame = egui::Frame::side_top_panel(&ctx.style()).multiply_with_opacity(0.85);
     egui::TopBottomPanel::top("bar").frame(frame).show(ctx, |ui| {
         ui.horizontal_wrapped(|ui| {
-            let panels = &mut app.panels;
-            ui.toggle_value(&mut panels.open, "Open")
-                .on_hover_text("levels of the search path; files can also be dropped on the window");
-            ui.toggle_value(&mut panels.places, "Places")
-                .on_hover_text("the level's cameras, and typing where to be");
-            ui.toggle_value(&mut panels.path, "Path")
-                .on_hover_text("a flight of the camera: keys, played and kept");
-            ui.toggle_value(&mut panels.render, "Picture")
-                .on_hover_text("how the picture is made");
-            ui.toggle_value(&mut panels.looking, "Look")
-                .on_hover_text("layers, zoom, pixel values, comparison with another picture");
-            ui.toggle_value(&mut panels.inspector, "Inspector")
-                .on_hover_text("click on the picture: what is there, and where its light comes from");
-            ui.toggle_value(&mut panels.entities, "Entities")
-                .on_hover_text("the entities of the level; a click goes there");
-            ui.toggle_value(&mut panels.styles, "Styles")
-                .on_hover_text("light styles: how bright each one is");
-            ui.toggle_value(&mut panels.statistics, "Statistics")
-                .on_hover_text("what the picture costs");
-            ui.toggle_value(&mut panels.window, "Window")
-                .on_hover_text("how often it is drawn, its colours, the size of its words");
-            ui.toggle_value(&mut panels.keys, "Keys").on_hover_text("what keys do");
+            for panel in PANELS {
+                if let Some(hint) = panel.hint {
+                    ui.toggle_value((panel.is_open)(&mut app.panels), panel.word).on_hover_text(hint);
+                }
+            }
             ui.separator();
             let key = app.bindings.key(Action::Save).name();
             let save = ui.button("Save").on_hover_text(format!(

@@ -6,16 +6,19 @@ use egui::{Color32, Grid, Sense, Stroke, Ui, vec2};
 
 /// The graph's height stands for so many milliseconds at least.
 const GRAPH_MS: f32 = 34.0;
+/// Longer lines are wrapped, in points.
+const WIDE: f32 = 340.0;
 
 pub(super) fn show(app: &App, ui: &mut Ui) {
     let statistics = &app.statistics;
     let [mean, longest] = statistics.frame_ms();
     graph(app, ui, longest.max(GRAPH_MS));
     curve(app, ui);
-    Grid::new("statistics").num_columns(2).show(ui, |ui| {
+    let grid = Grid::new("statistics").num_columns(2);
+    grid.max_col_width(WIDE).show(ui, |ui| {
         let mut line = |name: &str, hint: &str, text: String| {
             ui.label(name).on_hover_text(hint);
-            ui.label(text);
+            ui.add(egui::Label::new(text).wrap());
             ui.end_row();
         };
         let per_second = 1000.0 / mean.max(1e-3);

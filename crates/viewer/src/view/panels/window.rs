@@ -67,6 +67,19 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             ui.ctx().set_zoom_factor(1.0);
         }
         ui.end_row();
+
+        ui.label("Panels")
+            .on_hover_text("can be dragged by any part that is no button");
+        let moved = app.panels.moved.len();
+        ui.label(if moved == 0 {
+            "where they belong".into()
+        } else {
+            format!("{moved} moved")
+        });
+        if reset(ui, moved > 0) {
+            app.panels.moved.clear();
+        }
+        ui.end_row();
     });
 }
 
