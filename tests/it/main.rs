@@ -9,6 +9,9 @@ mod frames;
 mod golden;
 mod golden_window;
 mod hard;
+// Programs that are given to others do not compile shaders.
+#[cfg(debug_assertions)]
+mod hot;
 mod hygiene;
 mod lighting;
 mod looking;

@@ -1,8 +1,9 @@
 //! The window itself, on a display that nobody sees.
 
 use clap::Parser as _;
-use runelight::cli::{Cli, Command as RunelightCommand};
+use runelight::cli::{Cli, Command as RunelightCommand, Global, Render};
 use runelight::view::app::{App, Wish};
+use runelight::view::preferences::Preferences;
 use runelight::view::window::{self, Options, PilotWish};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -48,21 +49,17 @@ fn display() -> (Ends, String) {
     (server, format!(":{}", line.trim()))
 }
 
-/// The window opens on the sample level, is flown, is resized ten times, loses its device, and ends, while the validation
-/// layer has nothing to say. In a process of its own, because the display is its environment's.
-#[test]
-fn the_window_lives_on_a_display() {
+/// What a test of this name prints when `inside` is through, in a process of its own on a display of its own: the
+/// environment names it, and a process opens windows once.
+fn on_a_display(test: &str, inside: fn()) {
     if std::env::var_os(INSIDE).is_some() {
-        return inside();
+        inside();
+        return println!("the window has ended");
     }
     let (_server, display) = display();
     let this = std::env::current_exe().expect("this program");
     let output = Command::new(this)
-        .args([
-            "--exact",
-            "window::the_window_lives_on_a_display",
-            "--nocapture",
-        ])
+        .args(["--exact", &format!("window::{test}"), "--nocapture"])
         .env(INSIDE, "1")
         .env("DISPLAY", display)
         .env_remove("WAYLAND_DISPLAY")
@@ -76,22 +73,83 @@ fn the_window_lives_on_a_display() {
     );
 }
 
-fn inside() {
+/// The options of `runelight view` on the sample level.
+fn options() -> (Global, Render) {
     let device = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
-    let words = [
-        "runelight",
-        "view",
-        "--spp",
-        "1",
-        "--depth",
-        "2",
-        "--device",
-        &device,
-    ];
+    let words = "runelight view --spp 1 --depth 2 --device";
+    let words = words.split(' ').chain([device.as_str()]);
     let cli = Cli::try_parse_from(words).expect("options");
-    let Some(RunelightCommand::View(view)) = &cli.command else {
-        panic!("{cli:?}");
+    match cli.command {
+        Some(RunelightCommand::View(view)) => (cli.global, view.render),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The window opens on the sample level, is flown, is resized ten times, loses its device, and ends, while the validation
+/// layer has nothing to say.
+#[test]
+fn the_window_lives_on_a_display() {
+    on_a_display("the_window_lives_on_a_display", lives);
+}
+
+/// Where the device has no memory for the picture, settings and place are kept, and the same place is shown by a
+/// picture of half the size; if that can't be had either, the window ends and says why.
+#[test]
+fn the_window_goes_on_with_less_memory() {
+    on_a_display("the_window_goes_on_with_less_memory", goes_on);
+}
+
+fn goes_on() {
+    let (global, render) = options();
+    let start = Instant::now();
+    let (mut eye, mut times) = (None, 0);
+    let pilot = move |app: &mut App, frame: u64| {
+        assert!(
+            start.elapsed() < Duration::from_secs(240),
+            "the window takes too long"
+        );
+        if frame == 0 && times == 0 {
+            app.panels.percent = 20;
+        }
+        if !app.is_done() {
+            return Vec::new();
+        }
+        match eye {
+            None => app.go_to_camera(1),
+            Some(eye) => {
+                assert_eq!((app.eye, app.panels.percent), (eye, 10));
+                let said = app.notices.all().iter().any(|n| {
+                    n.text.contains("could not allocate") && n.text.contains("are kept in")
+                });
+                assert!(said, "{:?}", app.notices.all());
+            }
+        }
+        eye = Some(app.eye);
+        times += 1;
+        // Not a byte more: a larger picture does not fit.
+        app.gpu.limit_bytes(app.gpu.allocated_bytes());
+        vec![PilotWish::Resize([300 + 80 * times, 200 + 60 * times])]
     };
+    let folder = std::env::temp_dir().join(format!("runelight-window-{}", std::process::id()));
+    let file = folder.join("window.toml");
+    let options = Options {
+        validation: true,
+        pilot: Some(Box::new(pilot)),
+        settings: Some(file.clone()),
+    };
+    let error = window::run(&global, &render, options).expect_err("no memory");
+    let error = format!("{error:#}");
+    for part in ["could not allocate", "did not help", "window.toml"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let kept = Preferences::read(&file).expect("settings");
+    assert_eq!(kept.places.values().map(Vec::len).sum::<usize>(), 1);
+    assert_eq!(kept.panels, Some(vec!["picture".to_owned()]));
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+}
+
+fn lives() {
+    let (global, render) = options();
     let start = Instant::now();
     let (mut resized, mut at, mut done, mut lost) = (0, 0, false, None);
     let pilot = move |app: &mut App, frame: u64| {
@@ -134,8 +192,8 @@ fn inside() {
     let options = Options {
         validation: true,
         pilot: Some(Box::new(pilot)),
+        settings: None,
     };
-    let said = window::run(&cli.global, &view.render, options);
+    let said = window::run(&global, &render, options);
     assert_eq!(said.expect("a window"), [""; 0]);
-    println!("the window has ended");
 }

@@ -2,7 +2,7 @@
 //! compiled them is still there, and is run once more. Programs that are given to others have none of this.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{PoisonError, RwLock};
@@ -34,19 +34,20 @@ pub(crate) fn code(name: &str) -> Option<Vec<u32>> {
     codes.as_ref()?.get(name).cloned()
 }
 
-/// Compiles all shaders. Pipelines that are made from now on have them; what runs stays as it is.
+/// Compiles all shaders of a folder, [`shader_folder`] or a copy of it that lies as that does: `crates/rt` is
+/// beside it. Pipelines that are made from now on have them; what runs stays as it is.
 ///
 /// # Errors
 /// What the compiler says, with file and line; then nothing changes.
-pub fn recompile_shaders() -> Result<(), String> {
-    let codes = compile(MANIFEST)?;
+pub fn recompile_shaders(folder: &Path) -> Result<(), String> {
+    let codes = compile(&folder.join("../crates/rt"))?;
     *CODES.write().unwrap_or_else(PoisonError::into_inner) = Some(codes);
     GENERATION.fetch_add(1, Ordering::AcqRel);
     Ok(())
 }
 
 /// Compiles the shaders beside the folder of a crate.
-fn compile(manifest: &str) -> Result<Codes, String> {
+fn compile(manifest: &Path) -> Result<Codes, String> {
     let name = format!("runelight-shaders-{}-{}", std::process::id(), generation());
     let out = std::env::temp_dir().join(name);
     let failed = |e: std::io::Error| format!("{}: {e}", out.display());
@@ -87,7 +88,7 @@ mod tests {
             shader_folder().is_some(),
             "the sources of a development build"
         );
-        let codes = compile(MANIFEST).expect("the shaders of this build");
+        let codes = compile(Path::new(MANIFEST)).expect("the shaders of this build");
         assert_eq!(
             codes["path_trace.rchit"].as_slice(),
             crate::passes::spirv!("path_trace.rchit")
@@ -100,7 +101,7 @@ mod tests {
         let broken =
             "#version 460\n#extension GL_EXT_ray_tracing : require\nvoid main() {\n    oops;\n}\n";
         std::fs::write(shaders.join("broken.rmiss"), broken).unwrap();
-        let error = compile(&crates.display().to_string()).unwrap_err();
+        let error = compile(&crates).unwrap_err();
         assert!(error.contains("broken.rmiss:4:"), "{error}");
         std::fs::remove_dir_all(&copy).unwrap();
     }

@@ -75,6 +75,12 @@ impl Gpu {
         self.device.allocated_bytes()
     }
 
+    /// Takes so many bytes of device memory at most from now on, where the device is shared with others. What
+    /// would be more fails with [`Error::Memory`], as where the device has no more.
+    pub fn limit_bytes(&self, most: u64) {
+        self.device.limit_bytes(most);
+    }
+
     pub(crate) fn device(&self) -> &Arc<Device> {
         &self.device
     }

@@ -8,6 +8,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, Weak};
 
 /// Kinds of device, best first.
@@ -103,6 +104,9 @@ const EXTENSIONS: [&CStr; 3] = [
 pub struct Device {
     pub(super) queue: ManuallyDrop<Queue>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// Bytes that the allocator has handed out, and how many it may.
+    pub(super) used_bytes: AtomicU64,
+    pub(super) most_bytes: AtomicU64,
     pub(super) raw: ash::Device,
     pub(super) accel: khr::acceleration_structure::Device,
     pub(super) ray_tracing: khr::ray_tracing_pipeline::Device,
@@ -358,6 +362,8 @@ impl Device {
         Ok(Arc::new(Self {
             queue: ManuallyDrop::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            used_bytes: AtomicU64::new(0),
+            most_bytes: AtomicU64::new(u64::MAX),
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             ray_tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
             swapchain: shows.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),

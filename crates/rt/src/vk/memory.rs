@@ -4,6 +4,7 @@ use super::{Device, Error, Named, Usage};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, PoisonError};
 
 /// Where memory lies.
@@ -34,11 +35,23 @@ impl Device {
         location: Location,
         linear: bool,
     ) -> Result<Allocation, Error> {
+        let size = requirements.size;
+        let refused = |reason: String| Error::Memory {
+            name: name.to_owned(),
+            size,
+            reason,
+        };
         let mut allocator = self
             .allocator
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        allocator
+        // Both change under the lock alone.
+        let (used, most) = (self.allocated_bytes(), self.most_bytes.load(Relaxed));
+        if used.saturating_add(size) > most {
+            let why = format!("{used} of the {most} that may be taken are in use");
+            return Err(refused(why));
+        }
+        let allocation = allocator
             .allocate(&AllocationCreateDesc {
                 name,
                 requirements,
@@ -50,29 +63,31 @@ impl Device {
                 linear,
                 allocation_scheme: AllocationScheme::GpuAllocatorManaged,
             })
-            .map_err(|e| Error::Memory {
-                name: name.to_owned(),
-                size: requirements.size,
-                reason: e.to_string(),
-            })
+            .map_err(|e| refused(e.to_string()))?;
+        self.used_bytes.fetch_add(allocation.size(), Relaxed);
+        Ok(allocation)
     }
 
     /// Bytes that buffers and images have.
     #[must_use]
     pub fn allocated_bytes(&self) -> u64 {
-        let allocator = self
-            .allocator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        allocator.generate_report().total_allocated_bytes
+        self.used_bytes.load(Relaxed)
+    }
+
+    /// Lets buffers and images have so many bytes at most. What would be more is refused as where the
+    /// device has no more; what is there stays.
+    pub fn limit_bytes(&self, most: u64) {
+        self.most_bytes.store(most, Relaxed);
     }
 
     fn release(&self, allocation: Option<Allocation>) {
+        let Some(allocation) = allocation else { return };
         let mut allocator = self
             .allocator
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        if let Some(Err(error)) = allocation.map(|a| allocator.free(a)) {
+        self.used_bytes.fetch_sub(allocation.size(), Relaxed);
+        if let Err(error) = allocator.free(allocation) {
             tracing::error!("GPU memory could not be freed: {error}");
         }
     }

@@ -23,7 +23,7 @@ use super::panels::{self, Panels};
 use super::path::FlightPath;
 use super::player::Player;
 use super::preferences::Preferences;
-use super::save::Saved;
+use super::save::{Saved, Writing};
 use super::stage::{Loading, Stage};
 use super::statistics::Statistics;
 use super::walk::Walker;
@@ -37,7 +37,6 @@ use scene::playback;
 use scene::render::Settings;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 /// What a frame is made of.
@@ -102,6 +101,8 @@ pub struct App {
     pub preferences: Preferences,
     pub(super) stage: Option<Stage>,
     pub(super) loading: Option<Loading>,
+    /// Levels that nobody waits for any more.
+    given_up: Vec<Loading>,
     /// The demo that is shown.
     pub player: Option<Player>,
     /// Where the demo that is being loaded goes on.
@@ -127,7 +128,7 @@ pub struct App {
     still_for: f32,
     coarseness: u32,
     is_saving: bool,
-    writing: Option<Receiver<Result<Saved>>>,
+    writing: Option<Writing>,
     /// The last picture that was saved.
     pub saved: Option<Saved>,
     /// A film of the demo.
@@ -181,6 +182,7 @@ impl App {
             preferences: Preferences::default(),
             stage: None,
             loading: None,
+            given_up: Vec::new(),
             player: None,
             asked: None,
             moment: None,

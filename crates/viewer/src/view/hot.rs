@@ -1,7 +1,7 @@
 //! Shaders that someone is working on, in development builds: written anew they are compiled anew, and the
 //! picture is made by them. What does not compile is said, and the picture stays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::SystemTime;
 
@@ -22,15 +22,20 @@ impl Hot {
     /// Watches the shaders' sources; `None` where there are none.
     #[must_use]
     pub fn new() -> Option<Self> {
-        let folder = source()?;
+        Some(Self::of(source()?))
+    }
+
+    /// Watches the shaders in a folder, for what is written from now on.
+    #[must_use]
+    pub fn of(folder: PathBuf) -> Self {
         let now = newest(&folder);
-        Some(Self {
+        Self {
             folder,
             seen: now,
             compiled: now,
             wait: EVERY,
             under_way: None,
-        })
+        }
     }
 
     /// Time passes. What became of shaders that were written, once.
@@ -54,9 +59,10 @@ impl Hot {
         if rests && now != self.compiled {
             self.compiled = now;
             let (sender, receiver) = channel();
+            let folder = self.folder.clone();
             std::thread::spawn(move || {
                 // Nobody waits any more if the receiver is gone.
-                let _ = sender.send(recompile());
+                let _ = sender.send(recompile(&folder));
             });
             self.under_way = Some(receiver);
         }
@@ -70,8 +76,8 @@ fn source() -> Option<PathBuf> {
 }
 
 #[cfg(debug_assertions)]
-fn recompile() -> Result<(), String> {
-    rt::hot::recompile_shaders()
+fn recompile(folder: &Path) -> Result<(), String> {
+    rt::hot::recompile_shaders(folder)
 }
 
 #[cfg(not(debug_assertions))]
@@ -80,12 +86,12 @@ fn source() -> Option<PathBuf> {
 }
 
 #[cfg(not(debug_assertions))]
-fn recompile() -> Result<(), String> {
+fn recompile(_: &Path) -> Result<(), String> {
     Err("this build has no compiler".into())
 }
 
 /// When the newest file of a folder and those in it was written.
-fn newest(folder: &std::path::Path) -> Option<SystemTime> {
+fn newest(folder: &Path) -> Option<SystemTime> {
     let entries = std::fs::read_dir(folder).ok()?.flatten();
     let times = entries.filter_map(|entry| {
         let meta = entry.metadata().ok()?;

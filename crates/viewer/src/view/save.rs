@@ -4,11 +4,13 @@ use super::look::{command_line, noted_command};
 use crate::cli::{CameraChoice, Global, Render};
 use crate::device::Device;
 use crate::output::{Note, Outputs};
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use scene::Scene;
 use scene::render::{Film, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread::JoinHandle;
 
 /// The note of a picture that holds [`noted_command`].
 pub const COMMAND: &str = "command";
@@ -40,6 +42,46 @@ pub struct Saved {
     pub files: Vec<PathBuf>,
     /// The command that makes the same files; empty for a moment of a demo.
     pub command: String,
+}
+
+/// A picture on its way to files. Dropped, it is written first: whoever closes the window wants it whole.
+pub struct Writing {
+    result: Receiver<Result<Saved>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Writing {
+    /// Begins to write, and asks for a frame when it is done.
+    #[must_use]
+    pub fn start(picture: Picture, ctx: egui::Context) -> Self {
+        let (sender, result) = channel();
+        let thread = std::thread::spawn(move || {
+            // Nobody waits any more if the receiver is gone.
+            let _ = sender.send(save(picture));
+            ctx.request_repaint();
+        });
+        Self {
+            result,
+            thread: Some(thread),
+        }
+    }
+
+    /// What became of it, once.
+    pub fn poll(&self) -> Option<Result<Saved>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(anyhow!("writing ended without a word"))),
+        }
+    }
+}
+
+impl Drop for Writing {
+    fn drop(&mut self) {
+        if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {
+            tracing::error!("a picture may not be written whole");
+        }
+    }
 }
 
 /// Writes EXR and PNG under the first free number.

@@ -13,7 +13,7 @@ use scene::timeline::Timeline;
 use scene::{Camera, Scene};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A level on the device.
@@ -77,18 +77,21 @@ pub const SAMPLE_DEMO: &str = "the sample.dem";
 const PHASES: [&str; 3] = ["reading", "importing", "uploading"];
 
 /// A level on its way.
+///
+/// Dropped, it is given up, and all that is of the device is gone afterwards: nothing may still work on a device
+/// when the program ends, for its driver is unloaded then.
 pub struct Loading {
     wanted: Wanted,
     phase: Arc<AtomicU8>,
     begun: Instant,
     result: Receiver<Result<Stage>>,
+    /// The device, while it is wanted; locked while something is made on it.
+    gpu: Arc<Mutex<Option<Gpu>>>,
 }
 
-/// All that loading needs besides the level.
+/// All that loading needs besides the level and the device.
 #[derive(Clone)]
 pub struct Order {
-    /// The device.
-    pub gpu: Gpu,
     /// Where files are.
     pub global: Global,
     /// How the picture is made; its camera is taken only with `eye`.
@@ -100,19 +103,27 @@ pub struct Order {
 impl Loading {
     /// Begins to load in the background.
     #[must_use]
-    pub fn start(wanted: Wanted, order: Order) -> Self {
+    pub fn start(wanted: Wanted, order: Order, gpu: Gpu) -> Self {
         let (sender, result) = channel();
         let phase = Arc::new(AtomicU8::new(0));
         let (told, what) = (Arc::clone(&phase), wanted.clone());
+        let gpu = Arc::new(Mutex::new(Some(gpu)));
+        let gate = Arc::clone(&gpu);
         std::thread::spawn(move || {
-            // Nobody waits any more if the receiver is gone.
-            let _ = sender.send(load(what, &order, &told));
+            let prepared = prepare(what, &order, &told);
+            let gpu = gate.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(gpu) = &*gpu {
+                told.store(2, Ordering::Relaxed);
+                // Sent before others may have the lock: a stage is never dropped here while somebody waits.
+                let _ = sender.send(prepared.and_then(|p| upload(p, gpu)));
+            }
         });
         Self {
             wanted,
             phase,
             begun: Instant::now(),
             result,
+            gpu,
         }
     }
 
@@ -150,6 +161,13 @@ impl Loading {
     }
 }
 
+impl Drop for Loading {
+    fn drop(&mut self) {
+        let mut gpu = self.gpu.lock().unwrap_or_else(PoisonError::into_inner);
+        *gpu = None;
+    }
+}
+
 /// What the renderer is told, as `runelight render` tells it.
 ///
 /// # Errors
@@ -162,7 +180,19 @@ pub fn settings_of(args: &Render, scene: &Scene) -> Result<Settings> {
     })
 }
 
-fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
+/// A level before it is on the device.
+struct Prepared {
+    level: Option<String>,
+    loaded: Arc<Loaded>,
+    options: ImportOptions,
+    scene: Arc<Scene>,
+    showing: Option<Showing>,
+    settings: Settings,
+    /// Reading and importing.
+    seconds: [f64; 2],
+}
+
+fn prepare(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Prepared> {
     let start = Instant::now();
     let (mut film, mut sky) = (None, None);
     let (level, loaded, scene) = match wanted {
@@ -222,14 +252,33 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
     }
     let settings = settings_of(&args, &scene)?;
     scene.turn_sprites(&settings.camera);
-    let scene = Arc::new(scene);
-    let imported = Instant::now();
-    phase.store(2, Ordering::Relaxed);
+    let seconds = [read - start, read.elapsed()].map(|d| d.as_secs_f64());
+    Ok(Prepared {
+        level,
+        loaded,
+        options,
+        scene: Arc::new(scene),
+        showing,
+        settings,
+        seconds,
+    })
+}
+
+fn upload(prepared: Prepared, gpu: &Gpu) -> Result<Stage> {
     // One level at a time: uploads are the largest pieces of memory there are.
-    static UPLOADS: RwLock<()> = RwLock::new(());
-    let _alone = UPLOADS.write().unwrap_or_else(PoisonError::into_inner);
-    let tracer = PathTracer::new(&order.gpu, &scene, &settings)?;
-    let seconds = [read - start, imported - read, imported.elapsed()].map(|d| d.as_secs_f64());
+    static UPLOADS: Mutex<()> = Mutex::new(());
+    let _alone = UPLOADS.lock().unwrap_or_else(PoisonError::into_inner);
+    let begun = Instant::now();
+    let Prepared {
+        level,
+        loaded,
+        options,
+        scene,
+        showing,
+        settings,
+        seconds: [read, import],
+    } = prepared;
+    let tracer = PathTracer::new(gpu, &scene, &settings)?;
     Ok(Stage {
         level,
         loaded,
@@ -238,6 +287,6 @@ fn load(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Stage> {
         showing,
         tracer,
         turned_to: settings.camera,
-        seconds,
+        seconds: [read, import, begun.elapsed().as_secs_f64()],
     })
 }

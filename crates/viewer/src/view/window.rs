@@ -37,6 +37,9 @@ pub struct Options {
     pub validation: bool,
     /// Who flies.
     pub pilot: Option<Pilot>,
+    /// Where settings are kept instead of in the platform's directory; of a pilot's flight nothing is kept
+    /// without it.
+    pub settings: Option<PathBuf>,
 }
 
 /// Pixels across and down at first, where the screen has them.
@@ -105,6 +108,9 @@ struct Handler<'a> {
 /// A device that is lost again within this time is not opened once more.
 const LOST_AGAIN: Duration = Duration::from_secs(20);
 
+/// The picture is made no coarser than so many percent of the window, where there is no memory.
+const LEAST_PERCENT: u32 = 10;
+
 /// Whether another device, or the same opened anew, could go on.
 fn is_of_device(error: &anyhow::Error) -> bool {
     use rt::Error::{Call, DeviceLost, Memory};
@@ -127,7 +133,8 @@ struct Running {
 impl Handler<'_> {
     fn open(&self, events: &ActiveEventLoop, args: &Render) -> Result<Running> {
         // A pilot's flight is no person's: nothing is remembered of it.
-        let file = Preferences::path().filter(|_| self.options.pilot.is_none());
+        let usual = || Preferences::path().filter(|_| self.options.pilot.is_none());
+        let file = self.options.settings.clone().or_else(usual);
         let read = file.as_deref().map(Preferences::read);
         let known = read.as_ref().and_then(|read| read.as_ref().ok());
         let size = known.and_then(|p| p.size).unwrap_or(SIZE);
@@ -192,16 +199,19 @@ impl Handler<'_> {
         }
         let again = self.lost.is_some_and(|at| at.elapsed() < LOST_AGAIN);
         self.lost = Some(Instant::now());
-        if again {
+        let no_memory = matches!(error.downcast_ref(), Some(rt::Error::Memory { .. }));
+        // As long as the picture can be made coarser, that may help.
+        if again && !(no_memory && running.app.panels.percent > LEAST_PERCENT) {
             let why = format!("it was opened anew, and that did not help{kept}");
             self.running = Some(running);
             return self.fail(events, error.context(why));
         }
         let (args, moment) = running.app.to_go_on();
         let panels = running.app.panels.clone();
-        let percent = match error.downcast_ref() {
-            Some(rt::Error::Memory { .. }) => (panels.percent / 2).max(10),
-            _ => panels.percent,
+        let percent = if no_memory {
+            (panels.percent / 2).max(LEAST_PERCENT)
+        } else {
+            panels.percent
         };
         tracing::warn!("{error:#}; the device is opened anew{kept}");
         // What is on the old device must go before the new one is asked for as much.

@@ -3,10 +3,12 @@
 use super::App;
 use crate::cli::{CameraChoice, Render};
 use crate::view::fly::Eye;
+use crate::view::hot::Hot;
 use crate::view::player::Player;
 use crate::view::stage::{Loading, Order, Stage, Wanted};
 use crate::view::watch::Watch;
 use scene::import::ImportOptions;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 impl App {
@@ -25,17 +27,19 @@ impl App {
             (full.width.min(64), full.height.min(64))
         });
         let order = Order {
-            gpu: self.gpu.clone(),
             global: self.global.clone(),
             args,
             eye: keeps_eye.then_some(self.eye),
         };
-        self.loading = Some(Loading::start(wanted, order));
+        // What is given up ends by itself: to wait for it here would hold up the frame.
+        self.given_up.extend(self.loading.take());
+        self.loading = Some(Loading::start(wanted, order, self.gpu.clone()));
         self.considered = Some(self.args.clone());
     }
 
     /// Takes what was loaded meanwhile.
     pub(super) fn receive_level(&mut self) {
+        self.given_up.retain_mut(|l| l.poll().is_none());
         if let Some(loading) = &mut self.loading
             && let Some(result) = loading.poll()
         {
@@ -127,6 +131,11 @@ impl App {
     /// Goes on at a moment of the demo that is being loaded.
     pub(in crate::view) fn go_on_at(&mut self, moment: Option<(f64, bool)>) {
         self.seeks = moment.map(|(time, _)| time);
+    }
+
+    /// Traces by the shaders of another folder as soon as one of them is written there, in development builds.
+    pub fn watch_shaders(&mut self, folder: PathBuf) {
+        self.hot = Some(Hot::of(folder));
     }
 
     /// Takes shaders that someone has written meanwhile.

@@ -1,10 +1,9 @@
 //! The picture on its way to files.
 
 use super::App;
-use crate::view::save::{self, Picture};
+use crate::view::save::{Picture, Writing};
 use anyhow::Result;
 use scene::render::Renderer as _;
-use std::sync::mpsc::{Receiver, channel};
 
 impl App {
     /// Takes the picture as it is when its samples are whole, and writes it.
@@ -33,20 +32,13 @@ impl App {
             folder: self.folder.clone(),
             is_demo: stage.showing.is_some(),
         };
-        let (sender, receiver) = channel();
-        let ctx = ctx.clone();
-        std::thread::spawn(move || {
-            // Nobody waits any more if the receiver is gone.
-            let _ = sender.send(save::save(picture));
-            ctx.request_repaint();
-        });
-        self.writing = Some(receiver);
+        self.writing = Some(Writing::start(picture, ctx.clone()));
         Ok(())
     }
 
     /// Says what became of the picture that was written.
     pub(super) fn receive_picture(&mut self) {
-        if let Some(Ok(result)) = self.writing.as_ref().map(Receiver::try_recv) {
+        if let Some(result) = self.writing.as_ref().and_then(Writing::poll) {
             self.writing = None;
             match result {
                 Ok(saved) => {
