@@ -1,4 +1,5 @@
-// A ray towards a sun hit nothing: no sky face is there, and so no sun.
+// A ray hit nothing, which is not an escape: towards a sun no sky face is there, and so no sun; a ray that
+// passed an interface is looked along again.
 #version 460
 #extension GL_EXT_ray_tracing : require
 

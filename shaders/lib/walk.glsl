@@ -14,6 +14,7 @@ struct Walk {
     Medium medium;    // along the ray
     float t_min;      // where the ray goes on after the last interface it passed
     uint passages;    // since the vertex before
+    bool again;       // the ray is looked along for the second time
     uint decisions;   // taken at interfaces so far
     uint stretches;   // of rays so far, in fog
     bool scattered;   // in fog, which happens once at most
@@ -21,7 +22,7 @@ struct Walk {
 
 Walk walk_from_eye(vec3 origin, vec3 direction) {
     return Walk(origin, direction, 0.0, 0u, false, mask_of_camera(), 1u, vec3(1.0), medium_at_eye(), 0.0, 0u,
-                0u, 0u, false);
+                false, 0u, 0u, false);
 }
 
 // A new ray begins.
@@ -33,7 +34,26 @@ void begin_ray(inout Walk walk, vec3 origin, uint mask, bool has_sampled) {
         restart(walk.medium);
         walk.t_min = 0.0;
         walk.passages = 0u;
+        walk.again = false;
     }
+}
+
+bool may_look_again(Walk walk) { return HAS_TRANSLUCENT && walk.passages > 0u && !walk.again; }
+
+// Where an interface meets a wall, as water does at its edges, both may be at the same distance to the last
+// place, and a ray that goes on behind the interface goes on behind the wall. Then it finds nothing, or the
+// back of a surface: so it looks again from before the interface, at what is opaque alone.
+bool looks_again(inout Walk walk) {
+    if (!may_look_again(walk)) return false;
+    if (hit.triangle != MISS) {
+        if ((hit.instance & HIT_FRONT) != 0u) return false;
+        const uint material = material_of(hit.instance, hit.triangle);
+        const uint flags = params.scene.at[0].materials.at[material].flags;
+        if ((flags & MATERIAL_TRANSLUCENT) != 0u) return false;
+    }
+    walk.again = true;
+    walk.t_min = uintBitsToFloat(max(floatBitsToUint(walk.t_min), 2u) - 2u);
+    return true;
 }
 
 // Russian roulette (Arvo and Kirk 1990). Paths that find light by hitting it alone end by chance only
@@ -146,7 +166,7 @@ const uint FOG_ABSORBS = 1u;  // it takes light alone
 const uint FOG_SCATTERS = 2u; // a new ray has begun
 const uint FOG_ENDS = 3u;
 
-uint meet_fog(inout Walk walk, float t, float clear, uint index, inout Connection in_fog) {
+uint meet_fog(inout Walk walk, Surface ahead, float t, float clear, uint index, inout Connection in_fog) {
     // A moment may have no fog.
     const bool none = !(params.scene.at[0].fog_extinction > 0.0);
     if (none || walk.scattered || walk.vertex == params.depth) return FOG_ABSORBS;
@@ -164,7 +184,11 @@ uint meet_fog(inout Walk walk, float t, float clear, uint index, inout Connectio
     const uint dimension = DIMENSIONS_PER_VERTEX * walk.vertex + DIMENSION_BSDF;
     const vec4 next = random4(pixel, index, dimension, params.seed);
     if (max_component(walk.throughput) <= 0.0 || !survives(walk, next.z)) return FOG_ENDS;
-    begin_ray(walk, walk.origin + d * walk.direction, mask_from(0u), SAMPLES_LIGHTS);
+    // So near to the surface ahead that rounding could put it behind, a vertex is where rays begin there.
+    const bool at_end = (t - d) * abs(dot(ahead.geometric, walk.direction)) < ahead.error;
+    const vec3 place = at_end ? spawn_origin(ahead, -walk.direction, t - walk.t_min)
+                              : walk.origin + d * walk.direction;
+    begin_ray(walk, place, mask_from(0u), SAMPLES_LIGHTS);
     if (SAMPLES_LIGHTS) walk.cell = cell_at(walk.origin);
     walk.direction = sample_sphere(next.xy);
     walk.pdf = PHASE;

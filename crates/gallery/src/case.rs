@@ -71,6 +71,11 @@ pub struct Line {
     /// Whether every single pixel must meet the line without any allowance for noise: each path
     /// finds the same light.
     pub every_pixel: bool,
+    /// Rays of 10^9 that a device may lose or lead astray: as many pixels may be wrong, and as many rays
+    /// may leave. 0 where surfaces share their edges: devices lose nothing there.
+    pub astray: f64,
+    /// Why as many.
+    pub astray_why: &'static str,
 }
 
 /// Single precision: a path's value is a product and a sum of a few terms, each rounded to 6e-8.
@@ -141,6 +146,8 @@ impl Case {
                 why: F32.1,
                 interval: 0.02,
                 every_pixel: false,
+                astray: 0.0,
+                astray_why: "",
             },
         }
     }
@@ -187,6 +194,12 @@ impl Case {
 
     pub(crate) fn every_pixel(mut self) -> Self {
         self.line.every_pixel = true;
+        self
+    }
+
+    /// Surfaces cross or touch without sharing an edge there, or triangles are as thin as rounding.
+    pub(crate) fn astray(mut self, per_billion: f64, why: &'static str) -> Self {
+        (self.line.astray, self.line.astray_why) = (per_billion, why);
         self
     }
 

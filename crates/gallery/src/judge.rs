@@ -36,6 +36,8 @@ pub struct Verdict {
     pub escaped_per_billion: f64,
     /// What is wrong, a sentence each; empty if the case passed.
     pub failures: Vec<String>,
+    /// What is wrong by no more than [`Line::astray`](crate::case::Line::astray) allows, a sentence each.
+    pub allowed: Vec<String>,
 }
 
 impl Verdict {
@@ -84,9 +86,18 @@ impl Case {
                 self.line.relative
             ));
         }
-        self.check_pixels(film, expected, &mut failures);
+        let mut allowed = Vec::new();
         self.check_interval(film, interval, expected[worst], &mut failures);
         self.check_counters(film, &mut failures);
+        let astray =
+            (self.wrong_pixels(film, expected).into_iter()).chain(self.wrong_escapes(film));
+        for (number, sentence) in astray {
+            if number as f64 <= self.line.astray * 1e-9 * film.counters.rays as f64 {
+                allowed.push(sentence);
+            } else {
+                failures.push(sentence);
+            }
+        }
         Verdict {
             mean,
             expected,
@@ -98,10 +109,12 @@ impl Case {
             escaped_per_billion: 1e9 * film.counters.escaped as f64
                 / film.counters.rays.max(1) as f64,
             failures,
+            allowed,
         }
     }
 
-    fn check_pixels(&self, film: &Film, expected: [f64; 3], failures: &mut Vec<String>) {
+    /// How many pixels are not what they must be, and a sentence about them.
+    fn wrong_pixels(&self, film: &Film, expected: [f64; 3]) -> Option<(u64, String)> {
         let is_wrong = |pixel: &[f32; 3]| match self.truth {
             Truth::Black => *pixel != [0.0; 3],
             _ => (0..3).any(|c| {
@@ -110,16 +123,16 @@ impl Case {
             }),
         };
         if !(self.line.every_pixel || matches!(self.truth, Truth::Black)) {
-            return;
+            return None;
         }
         let wrong = film.beauty.iter().filter(|p| is_wrong(p)).count();
-        if let Some(first) = film.beauty.iter().position(is_wrong) {
-            failures.push(format!(
-                "{wrong} of {} pixels are wrong: pixel {first} is {:?}, not {expected:?}",
-                film.beauty.len(),
-                film.beauty[first]
-            ));
-        }
+        let first = film.beauty.iter().position(is_wrong)?;
+        let sentence = format!(
+            "{wrong} of {} pixels are wrong: pixel {first} is {:?}, not {expected:?}",
+            film.beauty.len(),
+            film.beauty[first]
+        );
+        Some((wrong as u64, sentence))
     }
 
     fn check_interval(
@@ -150,7 +163,6 @@ impl Case {
         }
         let escaped = counters.escaped;
         let wrong = match self.escapes {
-            Escapes::Never if escaped > 0 => "none may",
             Escapes::Some if escaped == 0 => "some must",
             Escapes::Always if escaped != counters.paths => "one of each path must",
             _ => return,
@@ -159,6 +171,19 @@ impl Case {
             "{escaped} of {} rays left the scene, {wrong}",
             counters.rays
         ));
+    }
+
+    /// How many rays left a sealed scene, and a sentence about them.
+    fn wrong_escapes(&self, film: &Film) -> Option<(u64, String)> {
+        let counters = film.counters;
+        let wrong = self.escapes == Escapes::Never && counters.escaped > 0;
+        let sentence = || {
+            format!(
+                "{} of {} rays left the scene, none may",
+                counters.escaped, counters.rays
+            )
+        };
+        wrong.then(|| (counters.escaped, sentence()))
     }
 }
 
@@ -291,5 +316,20 @@ mod tests {
         film.counters.nonfinite = 1;
         let case = case(Truth::Radiance([2.0; 3]));
         assert!(!case.judge(&film, Target::Truth).passed());
+    }
+
+    #[test]
+    fn as_many_rays_as_a_case_says_may_go_astray() {
+        let case = case(Truth::Radiance([2.0; 3]))
+            .every_pixel()
+            .astray(1.0, "it is hard");
+        let mut lost = film(2.0, 0.0);
+        lost.beauty[1] = [1.999_93; 3]; // more than the line for a pixel, less for the mean
+        (lost.counters.escaped, lost.counters.rays) = (5, 4_000_000_000);
+        let verdict = case.judge(&lost, Target::Truth);
+        assert_eq!((verdict.failures.len(), verdict.allowed.len()), (1, 1));
+        assert!(verdict.failures[0].contains("left the scene"));
+        lost.counters.rays = 5_000_000_000;
+        assert!(case.judge(&lost, Target::Truth).passed());
     }
 }

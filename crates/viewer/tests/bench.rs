@@ -355,3 +355,29 @@ fn wrong_usage_names_the_option() {
     }
     assert!(files(temp.path()).is_empty());
 }
+
+#[test]
+fn hard_cases_are_written_where_output_says() {
+    let temp = tempfile::tempdir().unwrap();
+    let dir = temp.path();
+    let cut_off = "--hard --paths 1 --time-limit 1 -o out";
+    let args = cut_off.split(' ').collect::<Vec<_>>();
+    let (code, _, err) = bench(dir, &args);
+    assert_eq!(code, 3, "not every case was rendered: {err}");
+    let written = std::fs::read(dir.join("out/hard.json")).unwrap();
+    let json: Value = serde_json::from_slice(&written).unwrap();
+    assert_eq!(
+        (&json["complete"], &json["rows"][0]["case"]),
+        (&false.into(), &"closed box".into())
+    );
+    let text = std::fs::read_to_string(dir.join("out/hard.txt")).unwrap();
+    assert!(text.contains("Not every case was rendered."), "{text}");
+    // What fails leaves what is there, and without -o there is nothing.
+    std::fs::remove_file(dir.join("out/hard.txt")).unwrap();
+    std::fs::create_dir(dir.join("out/hard.txt")).unwrap();
+    let (code, _, err) = bench(dir, &args);
+    assert!(code == 1 && err.contains("hard.txt"), "{err}");
+    assert_eq!(std::fs::read(dir.join("out/hard.json")).unwrap(), written);
+    bench(dir, &args[..5]);
+    assert_eq!(files(dir), [dir.join("out")]);
+}

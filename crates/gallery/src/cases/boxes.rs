@@ -1,6 +1,6 @@
 //! Closed boxes: whatever their shape, radiance in them is a geometric series.
 
-use super::{GREY, balanced, box_around, odd_turn, rho};
+use super::{ASTRAY, CROSSING, GREY, balanced, box_around, odd_turn, rho};
 use crate::builder::{Builder, camera, cuboid_sides};
 use crate::case::{Case, Truth};
 use crate::formulas::closed_box;
@@ -64,7 +64,8 @@ pub fn cases() -> Vec<Case> {
         )
         .depth(4)
         .by(&[Naive])
-        .every_pixel(),
+        .every_pixel()
+        .astray(ASTRAY, CROSSING),
         Case::new(
             "slivers",
             "Walls cut into triangles up to a million times longer than wide, in every path.",
@@ -100,7 +101,11 @@ pub fn cases() -> Vec<Case> {
         )
         .depth(4)
         .by(&[Naive])
-        .every_pixel(),
+        .every_pixel()
+        .astray(
+            ASTRAY,
+            "triangles that are thinner than the rounding of their corners",
+        ),
         Case::new(
             "dark room at 65 k",
             "One unit of wall between a dark room and a bright sky, where a step is 1/128 unit.",

@@ -47,7 +47,10 @@ pub fn cases() -> Vec<Case> {
 fn lamp_in_fog() -> Arc<Scene> {
     let mut b = Builder::new();
     let black = b.plain(0, 0.0);
-    box_around(&mut b, Vec3::ZERO, LENGTH / 2.0, black);
+    // The wall behind the eye is a unit away: of a wall in whose plane the eye lies, fog at the very eye
+    // would scatter half of its light to the other side.
+    let half = Vec3::splat(LENGTH / 2.0);
+    b.cuboid(-half - Vec3::Y, half, true, [black; 6]);
     b.light(PointLight {
         position: Vec3::new(2.0, 1000.0, 0.0),
         radius: 0.5,

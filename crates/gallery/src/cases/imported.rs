@@ -1,5 +1,6 @@
 //! Levels, from brushes to picture: what the import makes of what compilers and mappers leave.
 
+use super::{ASTRAY, CROSSING};
 use crate::builder::camera;
 use crate::case::{Case, Escapes, Truth};
 use crate::formulas::closed_box;
@@ -12,13 +13,18 @@ use scene::render::Estimator::{Mis, Naive, Nee};
 use scene::{Camera, Scene};
 use std::sync::Arc;
 
+/// Why devices may lead rays astray in levels of many small faces.
+const CLOSED: &str = "hundreds of edges, slivers among them: of the rays within rounding of one, which shared \
+    corners should keep, a device loses a few";
+
 pub fn cases() -> Vec<Case> {
     let mut all = vec![
         furnace(
             "collinear faces",
             "Faces with many corners on straight sides, slanted brushes and slivers, as compiled.",
             clutter,
-        ),
+        )
+        .astray(ASTRAY, CLOSED),
         Case::new(
             "T-junctions",
             "The same level without the corners that closed its T-junctions: the import does.",
@@ -35,6 +41,7 @@ pub fn cases() -> Vec<Case> {
         .depth(4)
         .by(&[Naive])
         .every_pixel()
+        .astray(ASTRAY, CLOSED)
         .facts(|scene| match scene.report.t_junctions_split {
             0 => Err("no T-junction was split".to_owned()),
             _ => is_sealed(scene),
@@ -43,7 +50,8 @@ pub fn cases() -> Vec<Case> {
             "coplanar movers",
             "A wall and doors that are flush with floor, wall and each other: none shines twice.",
             movers,
-        ),
+        )
+        .astray(ASTRAY, CROSSING),
         Case::new(
             "coplanar movers, lights",
             "The same by light sampling, which also chooses faces that a mover hides.",

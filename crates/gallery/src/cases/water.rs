@@ -4,8 +4,8 @@ use super::{GREY, balanced, odd_turn, rho};
 use crate::builder::{Builder, camera};
 use crate::case::{Case, Truth};
 use glam::Vec3;
-use scene::Finish;
-use scene::Scene;
+use scene::render::Estimator::Naive;
+use scene::{Finish, Scene};
 use std::sync::Arc;
 
 pub fn cases() -> Vec<Case> {
@@ -31,6 +31,15 @@ pub fn cases() -> Vec<Case> {
             camera(Vec3::new(-45.0, 1.0, 2.0), 0.0, 3.0, 20.0),
             panes,
         ),
+        Case::new(
+            "pane on a wall",
+            "Glass in the very planes of floor and ceiling: who passes it does not pass the wall behind.",
+            Truth::Radiance([1.0; 3]),
+            camera(Vec3::new(-20.0, 3.0, 5.0), 35.0, 10.0, 90.0),
+            pane_on_wall,
+        )
+        // Light sampling sees such a wall through the glass or not, as rounding has it.
+        .by(&[Naive]),
     ]
 }
 
@@ -63,6 +72,18 @@ fn furnace() -> Arc<Scene> {
     let (min, max) = (Vec3::new(10., -15., -30.), Vec3::new(30., 20., 20.));
     b.cuboid(min, max, false, [glass; 6]);
     b.transform(odd_turn());
+    b.build()
+}
+
+fn pane_on_wall() -> Arc<Scene> {
+    let mut b = Builder::new();
+    let wall = b.plain(GREY, 1.0 - rho() as f32);
+    let glass = see_through(&mut b, 90, 0.2, 1.5);
+    b.cuboid(Vec3::splat(-50.0), Vec3::splat(50.0), true, [wall; 6]);
+    // Corners that neither wall has, so that distances round differently.
+    for (z, up) in [(-50.0, true), (50.0, false)] {
+        b.slab(Vec3::new(3.0, 1.0, z), [37.0, 29.0], up, glass, [1.0; 2]);
+    }
     b.build()
 }
 

@@ -121,10 +121,9 @@ impl PathTrace {
         };
         // What comes last is left out where nothing asks for it.
         let misses: &[&[u32]] = &[&miss, &shadow_miss, &clear, &sun_miss];
-        let misses = match (features.translucent, features.suns) {
-            (_, true) => misses,
-            (true, false) => &misses[..3],
-            (false, false) => &misses[..2],
+        let misses = match features.translucent || features.suns {
+            true => misses,
+            false => &misses[..2],
         };
         let shaders = RayTracingShaders {
             raygen: &raygen,

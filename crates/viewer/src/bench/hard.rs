@@ -105,6 +105,12 @@ pub struct Row {
     pub passed: bool,
     /// What is wrong, a sentence each.
     pub failures: Vec<String>,
+    /// What is wrong by no more than the case allows a device, a sentence each.
+    pub allowed: Vec<String>,
+    /// Rays of 10^9 that a device may lead astray.
+    pub astray_line_per_1e9: f64,
+    /// Why as many; empty if none.
+    pub astray_why: &'static str,
     /// The first rays that left the scene where none may.
     pub escapes: Vec<Left>,
 }
@@ -113,7 +119,8 @@ pub struct Row {
 ///
 /// With `paths` the pictures of a Vulkan device have as many paths together; those whose size and
 /// samples stand for themselves keep them. The processor, which is the judge, keeps its own number
-/// unless it is the device. `stop` is asked often; what is rendered until then is in the report.
+/// unless it is the device. `stop` is asked often, and no picture begins after `deadline`; what is rendered
+/// until then is in the report.
 ///
 /// # Errors
 /// When a device fails.
@@ -122,6 +129,7 @@ pub fn run(
     paths: Option<u64>,
     watch: &Watch,
     stop: &dyn Fn() -> bool,
+    deadline: Option<Instant>,
 ) -> Result<HardReport> {
     let start = Instant::now();
     let all = cases();
@@ -148,10 +156,13 @@ pub fn run(
             watch.view(case.name);
             for &estimator in &case.estimators {
                 watch.step(&format!("{} on {}", estimator.name(), device.name));
-                match row(case, estimator, device, *scale, stop)? {
-                    Some(row) => report.rows.push(row),
-                    None => report.complete = false,
-                }
+                let is_over = deadline.is_some_and(|d| Instant::now() >= d);
+                let row = match is_over {
+                    true => None,
+                    false => row(case, estimator, device, *scale, stop)?,
+                };
+                report.complete &= row.is_some();
+                report.rows.extend(row);
             }
         }
         report.totals.push(total(device, &report.rows[first..]));
@@ -214,6 +225,9 @@ fn row(
         may_escape: !sealed,
         passed: verdict.passed(),
         failures: verdict.failures,
+        allowed: verdict.allowed,
+        astray_line_per_1e9: case.line.astray,
+        astray_why: case.line.astray_why,
         escapes: if sealed {
             escapes::left(&film, scene)
         } else {
@@ -330,6 +344,14 @@ impl HardReport {
                 text += &format!("  {left}\n");
             }
         }
+        for row in self.rows.iter().filter(|r| !r.allowed.is_empty()) {
+            let (rate, why) = (row.astray_line_per_1e9, row.astray_why);
+            text += &format!("{}, {}, {}: ", row.device, row.case, row.estimator);
+            text += &format!("up to {rate} of 1e9 rays may go astray: {why}\n");
+            for allowed in &row.allowed {
+                text += &format!("  {allowed}\n");
+            }
+        }
         if !self.complete {
             text += "Not every case was rendered.\n";
         }
@@ -378,7 +400,7 @@ mod tests {
             asked.set(asked.get() + 1);
             asked.get() > 4
         };
-        let report = run(&Device::cpu(), Some(1), &Watch::new(false), &stop).unwrap();
+        let report = run(&Device::cpu(), Some(1), &Watch::new(false), &stop, None).unwrap();
         assert!(!report.complete && !report.passed());
         // Two samples a pixel are one call each.
         assert_eq!(report.rows.len(), 4);
@@ -388,5 +410,8 @@ mod tests {
         assert_eq!(json["totals"][0]["pictures"], 4);
         let text = report.text();
         assert!(text.contains("Not every case was rendered."), "{text}");
+        let past = Some(Instant::now());
+        let report = run(&Device::cpu(), Some(1), &Watch::new(false), &|| false, past).unwrap();
+        assert!(!report.complete && report.rows.is_empty());
     }
 }

@@ -11,6 +11,7 @@ Examples:
   runelight bench --suite --basedir ~/quake -o suite
   runelight bench start e1m1 --basedir ~/quake --cameras \"0;1\" --spp 16,64,256 --seconds 1,10
   runelight bench --quick --baseline before/bench.json
+  runelight bench --hard --paths 1e9 -o hard
 
 Errors are measured against a reference: a picture of the mis estimator with at least 8
 independent batches, from whose spread its own error is known. It is made when it is missing or
@@ -118,16 +119,11 @@ pub struct Bench {
     #[arg(long, value_name = "FILE.exr", help_heading = "Reference")]
     pub reference: Option<PathBuf>,
 
-    /// Folder for bench.json, bench.csv and the plots; made if it is missing
-    #[arg(
-        short,
-        long,
-        value_name = "DIR",
-        default_value = "bench",
-        help_heading = "Output"
-    )]
-    pub output: PathBuf,
-    /// Start no further view this many seconds after the start
+    /// Folder for bench.json, bench.csv and the plots, made if it is missing [default: bench]; for
+    /// hard.json and hard.txt of --hard, which writes them only where this says
+    #[arg(short, long, value_name = "DIR", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+    /// Start no further view, or picture of --hard, this many seconds after the start
     #[arg(long, value_name = "S", help_heading = "Output", value_parser = number(1.0, 1e7))]
     pub time_limit: Option<f64>,
     /// Take over the views that the folder's bench.json already holds

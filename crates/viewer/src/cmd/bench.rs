@@ -15,10 +15,12 @@ use crate::{Outcome, Usage};
 use anyhow::{Context as _, Result, bail};
 use scene::{Camera, Scene};
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// The folder that is written to unless one is given.
+const OUTPUT: &str = "bench";
 /// Most memory for pictures that wait for their reference.
 const MAX_BYTES: u64 = 8 << 30;
 
@@ -39,16 +41,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
         None => None,
     };
     let device = Device::choose(&context.global.device)?;
-    std::fs::create_dir_all(&args.output)
-        .with_context(|| format!("{} cannot be made", args.output.display()))?;
-    let json = args.output.join("bench.json");
+    let output = args.output.as_deref().unwrap_or(Path::new(OUTPUT));
+    let json = target(output, "bench.json")?;
     let done = if args.resume && json.exists() {
         baseline::read(&json)?.views
     } else {
         Vec::new()
     };
-    // What cannot be written is known before the work.
-    drop(PartFile::create(&json)?);
 
     let mut bench = Bench {
         format: FORMAT,
@@ -76,7 +75,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
     if bench.views.is_empty() {
         bail!("it ended before the first view was measured; there is nothing to write");
     }
-    write_all(&args.output, &bench)?;
+    write_all(output, &bench)?;
     context.print(&if context.json {
         serde_json::to_string(&bench)?
     } else {
@@ -89,10 +88,22 @@ pub fn run(args: &Args, context: &Context) -> Result<Outcome> {
 fn run_hard(args: &Args, context: &Context) -> Result<Outcome> {
     interrupt::install()?;
     let device = Device::choose(&context.global.device)?;
+    let files = match &args.output {
+        Some(dir) => Some((target(dir, "hard.json")?, target(dir, "hard.txt")?)),
+        None => None,
+    };
     let watch = Watch::new(!context.global.quiet);
-    let report = hard::run(&device, args.paths, &watch, &interrupt::asked);
+    let deadline = (args.time_limit).map(|s| context.start + Duration::from_secs_f64(s));
+    let report = hard::run(&device, args.paths, &watch, &interrupt::asked, deadline);
     watch.finish();
     let report = report?;
+    if report.rows.is_empty() {
+        bail!("it ended before the first picture; there is nothing to write");
+    }
+    if let Some((json, text)) = files {
+        write(&text, &report.text())?;
+        write(&json, &serde_json::to_string_pretty(&report)?)?;
+    }
     context.print(&if context.json {
         serde_json::to_string(&report)?
     } else {
@@ -103,6 +114,14 @@ fn run_hard(args: &Args, context: &Context) -> Result<Outcome> {
     } else {
         Outcome::LimitExceeded
     })
+}
+
+/// A file in a folder, which is made. What cannot be written is known before the work.
+fn target(dir: &Path, name: &str) -> Result<PathBuf> {
+    std::fs::create_dir_all(dir).with_context(|| format!("{} cannot be made", dir.display()))?;
+    let path = dir.join(name);
+    drop(PartFile::create(&path)?);
+    Ok(path)
 }
 
 fn check(args: &Args, plan: &Plan) -> Result<()> {
