@@ -197,8 +197,21 @@ fn clicks_are_answered_and_entities_flown_to() {
     (panels.entities, panels.styles, panels.entity) = (true, true, "light".into());
     session.frames(4).expect("frames");
 
-    // Flown to in parts; whoever moves stops it.
+    // A click makes sharp what is there.
     session.app.panels.hidden = true;
+    let view = &mut session.app.args.picture.view;
+    (view.aperture, view.focus) = (Some(1.0), Some(1.0));
+    rest(&mut session);
+    session.app.focus_by_click = true;
+    let middle = egui::pos2(SIZE[0] as f32 / 2.0, SIZE[1] as f32 / 2.0);
+    session.drag(middle, middle).expect("a click");
+    (session.until(LIMIT, |app| !app.is_inspecting())).expect("an answer");
+    let view = &mut session.app.args.picture.view;
+    let focus = view.focus.expect("a focus");
+    assert!((focus / depth - 1.0).abs() < 0.02, "{focus} for {depth}");
+    (view.aperture, view.focus) = (None, None);
+
+    // Flown to in parts; whoever moves stops it.
     let before = session.app.eye;
     session.app.go_to_entity(1);
     assert_eq!(session.app.eye, before);

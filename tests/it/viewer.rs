@@ -428,6 +428,22 @@ fn a_film_of_what_is_marked_is_what_demo_makes() {
     assert!(made == files(&folder), "the same files by {command}");
     std::fs::remove_dir_all(&folder).expect("a folder to remove");
 
+    // An eye beside the player goes along, also where time jumps.
+    let player = session.app.player.as_mut().expect("a demo");
+    (player.follows, player.along) = (false, true);
+    session.app.eye.position += glam::Vec3::Z * 50.0;
+    session.frame().expect("a frame");
+    for time in [3.0, 0.5] {
+        session.app.player.as_mut().expect("a demo").seek(time);
+        session.frame().expect("a frame");
+        let player = session.app.player.as_ref().expect("a demo");
+        let there = player.state().expect("a moment").view.eye + glam::Vec3::Z * 50.0;
+        assert!(
+            session.app.eye.position.distance(there) < 0.1,
+            "at {time} s"
+        );
+    }
+
     // Longer than anybody waits, and ended.
     session.app.player.as_mut().expect("a demo").marked = None;
     session.app.export.spp = 1 << 20;
@@ -490,9 +506,12 @@ fn levels_are_opened_and_broken_ones_keep_the_picture() {
             .clone()
             .expect("a list of levels");
         assert!(names.iter().any(|n| n == "lqdm1"), "{names:?}");
+        let titled = |app: &App| !app.titles.of("lqdm1").is_empty();
+        session.until(LIMIT, titled).expect("titles");
         session.app.open(Some("lqdm1".into()));
         session.until(LIMIT, App::is_done).expect("a picture");
         assert!(session.app.title().contains("lqdm1"));
+        assert!((session.app.title()).starts_with(session.app.titles.of("lqdm1")));
     }
     if levels::game().is_some() {
         let folder = levels::data();

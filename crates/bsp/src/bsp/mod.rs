@@ -219,6 +219,17 @@ impl Bsp {
         Ok(bsp)
     }
 
+    /// What a level calls itself: its world's `message`, read without the rest of the file. `None` where there
+    /// is none, or this is no level.
+    #[must_use]
+    pub fn title(data: &[u8], limits: &Limits) -> Option<String> {
+        let mut warnings = Warnings::new();
+        let lumps = Lumps::read(data, detect(data).ok()?, &mut warnings).ok()?;
+        let entities = crate::entity::parse(lumps.bytes(0), limits, &mut warnings).ok()?;
+        let message = entities.first()?.get("message")?;
+        Some(crate::entity::unescape(message).trim().to_owned())
+    }
+
     /// Vertex indices of a face in file order: clockwise seen from the front. `None` for a face
     /// that must not be drawn.
     pub fn face_vertices(&self, face: &Face) -> Option<impl ExactSizeIterator<Item = u32> + '_> {

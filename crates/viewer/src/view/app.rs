@@ -26,6 +26,7 @@ use super::preferences::Preferences;
 use super::save::{Saved, Writing};
 use super::stage::{Loading, Stage};
 use super::statistics::Statistics;
+use super::titles::Titles;
 use super::walk::Walker;
 use super::watch::Watch;
 use crate::cli::{Global, Render};
@@ -99,6 +100,14 @@ pub struct App {
     pub folder: PathBuf,
     /// What is remembered.
     pub preferences: Preferences,
+    /// What the levels of the search path call themselves.
+    pub titles: Titles,
+    /// The next click says what is to be sharp.
+    pub focus_by_click: bool,
+    /// The rays that are under way say what is to be sharp.
+    focuses: bool,
+    /// Where the player was when the eye went along.
+    along: Option<glam::Vec3>,
     pub(super) stage: Option<Stage>,
     pub(super) loading: Option<Loading>,
     /// Levels that nobody waits for any more.
@@ -180,6 +189,10 @@ impl App {
             bindings: Bindings::default(),
             folder: PathBuf::new(),
             preferences: Preferences::default(),
+            titles: Titles::default(),
+            focus_by_click: false,
+            focuses: false,
+            along: None,
             stage: None,
             loading: None,
             given_up: Vec::new(),

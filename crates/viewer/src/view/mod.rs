@@ -27,6 +27,7 @@ pub mod save;
 pub mod session;
 pub mod stage;
 pub mod statistics;
+pub mod titles;
 pub mod walk;
 pub mod watch;
 pub mod window;

@@ -18,6 +18,8 @@ pub struct Player {
     pub plays: bool,
     /// Whether the eye is the player's.
     pub follows: bool,
+    /// Whether an eye that is not the player's goes where the player goes.
+    pub along: bool,
     /// The part that was marked: its first and its last second.
     pub marked: Option<[f64; 2]>,
     /// What happens in it.
@@ -37,6 +39,7 @@ impl Player {
             speed: 1.0,
             plays: false,
             follows: true,
+            along: false,
         };
         player.seek(time);
         player

@@ -223,13 +223,21 @@ impl App {
         });
     }
 
-    /// A click on the picture asks what is there, where the panel for that is open.
+    /// A click on the picture asks what is there, where the panel for that is open, or makes it sharp.
     fn click(&mut self, ctx: &egui::Context) {
-        let shows = self.panels.inspector && !self.panels.hidden;
-        let clicked = shows && ctx.input(|i| i.pointer.primary_clicked() && !i.modifiers.command);
+        if self.focus_by_click {
+            ctx.set_cursor_icon(egui::CursorIcon::Crosshair);
+        }
+        let asks = self.panels.inspector && !self.panels.hidden || self.focus_by_click;
+        let clicked = asks && ctx.input(|i| i.pointer.primary_clicked() && !i.modifiers.command);
         if let Some(at) = ctx.pointer_interact_pos().filter(|_| clicked) {
             let on = self.looking.zoom.at(at, ctx.viewport_rect());
-            self.inspect([f64::from(on.x), f64::from(on.y)]);
+            let at = [on.x, on.y].map(f64::from);
+            if std::mem::take(&mut self.focus_by_click) {
+                self.focus_on(at);
+            } else {
+                self.inspect(at);
+            }
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::App;
 use crate::view::entities;
-use crate::view::inspect::Inspection;
+use crate::view::fly::Eye;
+use crate::view::inspect::{Inspection, Report};
 use crate::view::looking::survey::{Key, SceneId, Subject};
 use crate::view::looking::{Around, Shown};
 use anyhow::Result;
@@ -109,8 +110,15 @@ impl App {
     /// Asks what a point of the window shows, in shares of the picture from the left and from the top.
     pub fn inspect(&mut self, at: [f64; 2]) {
         if let Some(subject) = self.subject() {
+            self.focuses = false;
             self.inspection = Some(Inspection::start(subject, at, &self.probes));
         }
+    }
+
+    /// Makes sharp what a point of the window shows, in shares of the picture from the left and from the top.
+    pub fn focus_on(&mut self, at: [f64; 2]) {
+        self.inspect(at);
+        self.focuses = self.is_inspecting();
     }
 
     /// Takes what was found at a pixel.
@@ -119,7 +127,17 @@ impl App {
             return;
         };
         self.inspection = None;
+        let focuses = std::mem::take(&mut self.focuses);
         match answer {
+            Ok(report) if focuses => match report {
+                Some(Report { seen, camera, .. }) => {
+                    let [forward, ..] = Eye::of(&camera).axes();
+                    let to = seen.position - camera.position.as_dvec3();
+                    let focus = to.dot(forward.as_dvec3()).max(1.0);
+                    self.args.picture.view.focus = Some((10.0 * focus).round() / 10.0);
+                }
+                None => (self.notices).error("there is nothing to focus on".into()),
+            },
             Ok(report) => {
                 let names = ["inspected texture", "inspected emission"];
                 let pictures = report

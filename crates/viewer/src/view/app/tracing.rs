@@ -6,6 +6,7 @@ use crate::job::Stopped;
 use crate::view::convergence::Point;
 use crate::view::fly::Eye;
 use crate::view::pace::{Slice, coarse};
+use crate::view::player::Player;
 use crate::view::stage::{Wanted, settings_of};
 use anyhow::Result;
 use rt::Filter;
@@ -61,6 +62,7 @@ impl App {
 
     /// Traces what fits into this frame of a window of `size` pixels. Whether the film has changed.
     pub(super) fn trace(&mut self, size: [u32; 2], seconds: f32) -> Result<bool> {
+        self.go_along();
         let mut args = self.args.clone();
         args.picture.view.camera = Some(CameraChoice::Pose(self.eye.pose()));
         let percent = self.panels.percent.clamp(1, 100);
@@ -230,6 +232,18 @@ impl App {
             self.auto_exposure.look(&stage.tracer.film()?);
         }
         Ok(())
+    }
+
+    /// Takes the eye along with the player, where that is asked for.
+    fn go_along(&mut self) {
+        let flies = self.flight_path.flies;
+        let goes = |p: &&Player| p.along && !p.follows && !flies;
+        let state = (self.player.as_ref().filter(goes)).and_then(Player::state);
+        let now = state.map(|state| state.view.eye);
+        if let (Some(before), Some(now)) = (self.along, now) {
+            self.eye.position += now - before;
+        }
+        self.along = now;
     }
 
     /// Makes the frame of the demo's time; `false` while its level is not there.

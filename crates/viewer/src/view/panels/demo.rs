@@ -75,6 +75,11 @@ fn controls(app: &mut App, ui: &mut Ui) {
             .on_hover_text("the marked part, or all, as files");
         ui.checkbox(&mut player.follows, "player's eye")
             .on_hover_text("or fly yourself, and see what the player did not");
+        ui.add_enabled(
+            !player.follows,
+            egui::Checkbox::new(&mut player.along, "go along"),
+        )
+        .on_hover_text("the eye goes where the player goes, from where you have put it");
         let state = player.timeline.level_at(player.time);
         let map = state.and_then(|level| player.timeline.levels().get(level));
         let map = map.map_or("", |level| &level.map);

@@ -4,6 +4,7 @@ use super::App;
 use crate::level::search_path;
 use crate::view::stage::SAMPLE_DEMO;
 use egui::Ui;
+use std::time::Duration;
 
 pub(super) fn show(app: &mut App, ui: &mut Ui) {
     if app.panels.browser.is_none() {
@@ -15,12 +16,15 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 (!name.starts_with("b_")).then_some(name)
             });
             let demos = search.list("").into_iter().filter(|f| f.ends_with(".dem"));
-            names.chain(demos).collect()
+            names.chain(demos).collect::<Vec<_>>()
         });
-        app.panels.browser = Some(levels.unwrap_or_else(|why| {
+        let levels: Vec<String> = levels.unwrap_or_else(|why| {
             app.notices.error(format!("{why:#}"));
             Vec::new()
-        }));
+        });
+        let maps = levels.iter().filter(|n| !n.ends_with(".dem"));
+        app.titles.read(&app.global, maps.cloned().collect());
+        app.panels.browser = Some(levels);
     }
     let mut wanted = None;
     if ui.button("the sample level").clicked() {
@@ -54,15 +58,25 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     if typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
         wanted = Some(Some(app.panels.filter.clone()));
     }
+    if app.titles.receive() {
+        ui.ctx().request_repaint_after(Duration::from_millis(200));
+    }
     let part = app.panels.filter.to_lowercase();
     let levels = app.panels.browser.as_deref().unwrap_or_default();
     egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
-        ui.set_min_width(280.0);
+        ui.set_width(380.0);
         if levels.is_empty() {
             ui.label("the search path has no levels: give the Quake directory with --basedir, or drop a .pak here");
         }
-        for name in levels.iter().filter(|n| n.contains(&part)) {
-            if ui.button(name).clicked() {
+        let titled = levels.iter().map(|name| (name, app.titles.of(name)));
+        let has = |text: &str| text.to_lowercase().contains(&part);
+        for (name, title) in titled.filter(|(name, title)| has(name) || has(title)) {
+            let clicked = ui.horizontal(|ui| {
+                let clicked = ui.button(name).clicked();
+                ui.add(egui::Label::new(egui::RichText::new(title).weak()).truncate());
+                clicked
+            });
+            if clicked.inner {
                 wanted = Some(Some(if name.ends_with(".dem") {
                     name.clone()
                 } else {

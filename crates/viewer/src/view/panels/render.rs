@@ -141,6 +141,8 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                         DragValue::new(v).range(1.0..=1e6).suffix(" u").ui(ui);
                         let button = ui.small_button("middle");
                         focuses = button.on_hover_text("on what is in the middle").clicked();
+                        ui.toggle_value(&mut app.focus_by_click, "click")
+                            .on_hover_text("on what is clicked on next");
                     });
                     picture.view.focus = Some(focus);
                     picture.view.aperture = Some(aperture);

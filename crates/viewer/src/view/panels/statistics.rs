@@ -79,7 +79,14 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
             );
         }
         let memory = app.gpu.allocated_bytes() as f64 / f64::from(1 << 20);
-        line("Memory", "of the device", format!("{memory:.0} MiB"));
+        let program = resident_bytes().map_or(String::new(), |bytes| {
+            format!(", {} MiB of the program", bytes >> 20)
+        });
+        line(
+            "Memory",
+            "that buffers and images have on the device, and all of the program's beside it",
+            format!("{memory:.0} MiB{program}"),
+        );
         let info = app.gpu.info();
         line("Device", "that traces", info.name.clone());
         line("Driver", "and its version", info.driver.clone());
@@ -193,6 +200,14 @@ fn curve(app: &App, ui: &mut Ui) {
             ));
         }
     }
+}
+
+/// Bytes of the program that lie in memory, where the system says so in a file.
+fn resident_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+    let kib: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(kib << 10)
 }
 
 /// The last frames as bars: what the device traced, below what it took to show that, then the processor's
