@@ -8,6 +8,7 @@ use runelight::device::Device;
 use runelight::job::Stopped;
 use runelight::tonemap::Tonemap;
 use runelight::view::app::{App, Wish};
+use runelight::view::gamepad::Pad;
 use runelight::view::look::defaults;
 use runelight::view::session::Session;
 use runelight::view::stage::SAMPLE_DEMO;
@@ -147,6 +148,18 @@ fn one_flies_and_changes_every_setting() {
         session.app.eye.yaw > start.yaw + 2.0,
         "the drag turns the view"
     );
+    // Sticks do the same as keys and a mouse.
+    let before = session.app.eye;
+    session.app.gamepad.hold(Pad {
+        left: [0.0, -1.0],
+        right: [-1.0, 0.0],
+        triggers: [0.0; 2],
+    });
+    session.frames(3).expect("frames");
+    session.app.gamepad.hold(Pad::default());
+    session.frames(12).expect("frames");
+    assert!((session.app.eye.position - before.position).length() > 5.0);
+    assert!(session.app.eye.yaw != before.yaw);
     session.tap(Key::N).expect("frames");
     session.app.go_to_camera(0);
     assert_eq!(session.app.eye.position, start.position);

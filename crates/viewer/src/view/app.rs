@@ -12,6 +12,7 @@ use super::display::{AutoExposure, Display};
 use super::draw::{self, Textures};
 use super::export::Export;
 use super::fly::{Eye, Flight, Journey};
+use super::gamepad::Gamepad;
 use super::hot::Hot;
 use super::inspect::{Inspection, Report};
 use super::keys::Bindings;
@@ -96,6 +97,8 @@ pub struct App {
     pub notices: Notices,
     /// Which key does what.
     pub bindings: Bindings,
+    /// Sticks and triggers.
+    pub gamepad: Gamepad,
     /// Where pictures go.
     pub folder: PathBuf,
     /// What is remembered.
@@ -187,6 +190,7 @@ impl App {
             statistics: Statistics::default(),
             notices: Notices::default(),
             bindings: Bindings::default(),
+            gamepad: Gamepad::default(),
             folder: PathBuf::new(),
             preferences: Preferences::default(),
             titles: Titles::default(),
@@ -331,6 +335,12 @@ impl App {
         let root = egui::ViewportId::ROOT;
         let asked =
             (full.viewport_output.get(&root)).map_or(1.0, |v| v.repaint_delay.as_secs_f32());
+        // Sticks are looked at with frames.
+        let asked = if self.gamepad.is_there() {
+            asked.min(1.0 / 30.0)
+        } else {
+            asked
+        };
         let busy =
             !self.is_done() || self.looking.is_busy() || self.is_inspecting() || !wishes.is_empty();
         Ok(Output {

@@ -11,6 +11,7 @@ pub mod draw;
 pub mod entities;
 pub mod export;
 pub mod fly;
+pub mod gamepad;
 pub mod hot;
 pub mod inspect;
 pub mod keys;

@@ -151,6 +151,7 @@ impl Handler<'_> {
         let size = [size.width, size.height];
         let screen = Screen::of_window(&opened.1, Arc::clone(&window), size)?;
         let mut app = App::new(opened, self.global.clone(), args.clone());
+        app.gamepad.search();
         let file = match (file, read) {
             (Some(path), Some(Ok(preferences))) => {
                 app.prefer(preferences);

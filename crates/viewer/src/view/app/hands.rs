@@ -2,6 +2,7 @@
 
 use super::{App, Wish};
 use crate::view::fly::{Controls, Eye, Journey};
+use crate::view::gamepad::Pad;
 use crate::view::keys::Action;
 use crate::view::stage::Loading;
 use crate::view::walk::{Walker, Walls};
@@ -14,10 +15,18 @@ impl App {
         let pressed = |action| !typing && ctx.input(|i| i.key_pressed(bindings.key(action)));
         let held = |action| !typing && ctx.input(|i| i.key_down(bindings.key(action)));
         let axis = |plus, minus| f32::from(i8::from(held(plus)) - i8::from(held(minus)));
+        let pad = self.gamepad.poll();
+        let pad = if ctx.input(|i| i.focused) {
+            pad
+        } else {
+            Pad::default()
+        };
+        let (sticks, turned) = pad.hands(seconds);
+        let both = |keys: f32, stick: f32| (keys + stick).clamp(-1.0, 1.0);
         let controls = Controls {
-            forward: axis(Action::Forward, Action::Back),
-            right: axis(Action::Right, Action::Left),
-            up: axis(Action::Up, Action::Down),
+            forward: both(axis(Action::Forward, Action::Back), sticks.forward),
+            right: both(axis(Action::Right, Action::Left), sticks.right),
+            up: both(axis(Action::Up, Action::Down), sticks.up),
             fast: ctx.input(|i| i.modifiers.shift),
         };
         let over_panel = ctx.wants_pointer_input() || ctx.is_pointer_over_area();
@@ -41,6 +50,7 @@ impl App {
                 },
             )
         });
+        let look = look + egui::Vec2::from(turned);
         if !over_panel {
             self.zoom(ctx);
             self.click(ctx);

@@ -515,6 +515,9 @@ fn keys(app: &App, ui: &mut Ui) {
             ("Drag", "look around"),
             ("Escape", "let go of the mouse"),
             ("Ctrl+Q", "end"),
+            ("Left stick", "move"),
+            ("Right stick", "look around"),
+            ("Triggers", "sink, rise"),
         ] {
             ui.strong(key);
             ui.label(what);

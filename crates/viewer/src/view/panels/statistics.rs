@@ -174,12 +174,13 @@ fn curve(app: &App, ui: &mut Ui) {
         (
             rect.left_top(),
             egui::Align2::LEFT_TOP,
-            format!("relMSE 1e{high}"),
+            // No minus before a zero.
+            format!("relMSE 1e{}", high + 0.0),
         ),
         (
             rect.left_bottom(),
             egui::Align2::LEFT_BOTTOM,
-            format!("1e{low}"),
+            format!("1e{}", low + 0.0),
         ),
         (
             rect.right_bottom(),
