@@ -67,6 +67,8 @@ const uint FALLOFF_SHIFTED = 3u;
 const uint FALLOFF_CONSTANT = 4u;
 // Falloff: none, from the sky against the light's direction.
 const uint FALLOFF_SUN = 5u;
+// The same at any distance, from either side, as the least that there is.
+const uint FALLOFF_LEAST = 6u;
 // Sky kinds: none, the same everywhere, two scrolling layers, six sides.
 const uint SKY_NONE = 0u;
 // See `SKY_NONE`.
@@ -157,6 +159,7 @@ layout(buffer_reference) buffer BakedTriangleRef;
 layout(buffer_reference) buffer BakedSampleRef;
 layout(buffer_reference) buffer LightRef;
 layout(buffer_reference) buffer StyleOfLightRef;
+layout(buffer_reference) buffer StyleSumRef;
 layout(buffer_reference) buffer SunRef;
 layout(buffer_reference) buffer SceneRef;
 layout(buffer_reference) buffer FilmRef;
@@ -458,6 +461,18 @@ struct StyleOfLight {
     float brightness;
 };
 
+// The compiler lights of a style, where not all add up.
+struct StyleSum {
+    // Least irradiance of all surfaces.
+    vec3 least;
+    // Brightness that is in it and in the lights.
+    float brightness;
+    // First point light: those that add, then those of FALLOFF_LEAST, then negative ones.
+    uint first;
+    // Point lights.
+    uint count;
+};
+
 // A sun: a disc in the sky.
 struct Sun {
     // Unit direction to its middle.
@@ -524,6 +539,8 @@ struct SceneData {
     SunRef suns;
     // Light styles of the point lights.
     StyleOfLightRef light_styles;
+    // Sums of compiler lights.
+    StyleSumRef style_sums;
     // Grids of baked light.
     BakedTriangleRef baked;
     // Samples of baked light.
@@ -568,6 +585,10 @@ struct SceneData {
     uint moving_count;
     // Triangles with grids of baked light.
     uint baked_count;
+    // Number of sums of compiler lights.
+    uint sum_count;
+    // Gamma of the lightmaps that they stand for.
+    float light_gamma;
     // 1 if there was a picture before.
     uint has_before;
     // Its eye, world space.
@@ -771,6 +792,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Li
 // Light styles of the point lights.
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StyleOfLightRef {
     StyleOfLight at[];
+};
+
+// Sums of compiler lights.
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer StyleSumRef {
+    StyleSum at[];
 };
 
 // Suns.

@@ -35,3 +35,4 @@ layout(constant_id = 23) const bool HAS_FRAMES = true;
 layout(constant_id = 24) const uint CLAMP = 0u; // bits of the most that a sample may add; 0 for no clamp
 layout(constant_id = 25) const bool HAS_LENS = true;
 layout(constant_id = 26) const bool HAS_SMOOTH_NORMALS = true;
+layout(constant_id = 27) const bool HAS_LIGHT_SUMS = false;

@@ -1,14 +1,14 @@
 //! Light by the compilers' formulas, by lightmaps, and none: closed forms, and both renderers alike.
 
 use glam::{Vec2, Vec3};
-use runelight_tests::builder::{Builder, mean_and_error, probe, settings};
+use runelight_tests::builder::{Builder, list_emitters, mean_and_error, probe, settings};
 use runelight_tests::devices::{Device, render};
 use runelight_tests::levels;
 use runelight_tests::stats::ZTest;
 use scene::Scene;
 use scene::baked::{BakedLight, BakedTriangle};
 use scene::import::{ImportOptions, Lighting};
-use scene::light::{CompilerLight, Falloff, PointLight, Spot};
+use scene::light::{CompilerLight, Falloff, LightSums, PointLight, Spot, StyleSum};
 use scene::material::srgb_to_linear;
 use scene::render::{Estimator, Selection};
 use std::f64::consts::PI;
@@ -89,6 +89,65 @@ fn a_compiler_light_gives_the_irradiance_of_its_formula() {
                         off <= 2e-3 * expected.abs() + 1e-9,
                         "{falloff:?} at {point} on {device:?}: {} for {expected}",
                         mean[c]
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn least_light_negative_light_and_gamma_are_in_the_compilers_order() {
+    let light = |style, falloff, z, intensity: [f32; 3]| PointLight {
+        position: Vec3::new(3.0, -7.0, z),
+        intensity: intensity.into(),
+        style,
+        compiler: Some(CompilerLight {
+            falloff,
+            angle_scale: 0.0,
+        }),
+        ..PointLight::default()
+    };
+    let lights = [
+        light(0, Falloff::Constant, 100.0, [0.2, 0.9, 0.1]),
+        light(0, Falloff::Constant, 50.0, [0.1, 0.1, 0.1]),
+        light(0, Falloff::Least, 90.0, [0.5, 0.5, 0.0]),
+        light(0, Falloff::Constant, 80.0, [-0.05, -0.05, -0.6]),
+        // The ground hides what lies under it.
+        light(5, Falloff::Constant, 100.0, [0.1, 0.2, 0.0]),
+        light(5, Falloff::Least, -10.0, [0.7; 3]),
+    ];
+    let style = |style, brightness, least: f32, first, count| StyleSum {
+        style,
+        brightness,
+        least: Vec3::splat(least),
+        first,
+        count,
+    };
+    let styles = vec![style(0, 1.0, 0.3, 0, 4), style(5, 0.5, 0.0, 4, 2)];
+    let found = [([0.45, 0.95, 0.0], 1.0), ([0.1, 0.2, 0.0], 0.5)];
+    for gamma in [1.0, 1.6] {
+        let mut scene = Arc::unwrap_or_clone(plane_under(PointLight::default(), false));
+        scene.lights = lights.to_vec();
+        let styles = styles.clone();
+        scene.light_sums = Some(LightSums { gamma, styles });
+        list_emitters(&mut scene);
+        let scene = Arc::new(scene.completed());
+        assert!(scene.features.light_sums);
+        let view = probe(Vec3::new(-50.0, -200.0, 50.0), Vec3::ZERO);
+        for device in Device::ALL {
+            for estimator in [Estimator::Nee, Estimator::Mis] {
+                let view = settings(view.clone(), 4, estimator, 2);
+                let (mean, _) = mean_and_error(&render(device, &scene, &view, 4));
+                for c in 0..3 {
+                    let shown = found.map(|(sum, brightness): ([f64; 3], f64)| {
+                        let white = 255.0 * PI / 128.0 * brightness;
+                        white * (sum[c] / white).powf(1.0 / f64::from(gamma))
+                    });
+                    let expected = (shown[0] + shown[1]) * srgb_to_linear(GREY) / PI;
+                    assert!(
+                        (mean[c] - expected).abs() < 1e-5 * expected + 1e-9,
+                        "{device:?}, gamma {gamma}: {mean:?}, {expected} in channel {c}"
                     );
                 }
             }

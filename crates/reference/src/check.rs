@@ -33,6 +33,12 @@ pub(crate) fn check(scene: &Scene) -> Result<(), Error> {
         }),
         "a material's texture does not exist",
     )?;
+    let lights = scene.lights.len() as u64;
+    ensure(
+        (scene.light_sums.iter().flat_map(|s| &s.styles))
+            .all(|s| u64::from(s.first) + u64::from(s.count) <= lights),
+        "a sum of light has lights that do not exist",
+    )?;
     ensure(
         scene.materials.iter().all(|m| {
             m.frames.iter().all(|id| {

@@ -25,7 +25,7 @@ pub fn compiler_falloff(falloff: &Falloff, distance: f64) -> f64 {
         Falloff::Inverse { scale } => k / (f64::from(scale) * distance),
         Falloff::InverseSquare { scale } => (k / (f64::from(scale) * distance)).powi(2),
         Falloff::InverseSquareShifted { scale } => (k / (f64::from(scale) * distance + k)).powi(2),
-        Falloff::Constant | Falloff::Sun(_) => 1.0,
+        Falloff::Constant | Falloff::Sun(_) | Falloff::Least => 1.0,
     }
 }
 

@@ -9,6 +9,7 @@ use crate::part::Sight;
 use crate::passage::{Depth, Event, MAX_PASSAGES, sample_event};
 use crate::rng::Rng;
 use crate::shading::mis_weight;
+use crate::sums::light_of_styles;
 use crate::triangle::Ray;
 use crate::world::{SurfacePoint, World};
 use glam::{DVec2, DVec3};
@@ -282,9 +283,18 @@ pub(crate) fn trace_path(
                 scattering: Scattering::Surface(normal, bsdf),
             };
             let absorption = walk.depth.absorption();
-            let choice = &walk.choice;
-            let light = sample_light(world, settings, choice, &place, absorption, rng, stack);
-            sample.add_sampled(walk.k + 1, walk.throughput, &light, world);
+            let lights = match &world.scene.light_sums {
+                Some(sums) => light_of_styles(world, sums, &place, normal, absorption, stack),
+                None => {
+                    let choice = &walk.choice;
+                    vec![sample_light(
+                        world, settings, choice, &place, absorption, rng, stack,
+                    )]
+                }
+            };
+            for light in &lights {
+                sample.add_sampled(walk.k + 1, walk.throughput, light, world);
+            }
         }
 
         let direction = match event {

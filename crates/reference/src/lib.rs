@@ -62,6 +62,7 @@ mod rng;
 pub mod shading;
 mod sky;
 mod sobol;
+mod sums;
 mod triangle;
 mod world;
 

@@ -168,6 +168,8 @@ abi! {
         FALLOFF_CONSTANT: uint = 4;
         /// Falloff: none, from the sky against the light's direction.
         FALLOFF_SUN: uint = 5;
+        /// The same at any distance, from either side, as the least that there is.
+        FALLOFF_LEAST: uint = 6;
         /// Sky kinds: none, the same everywhere, two scrolling layers, six sides.
         SKY_NONE: uint = 0;
         /// See `SKY_NONE`.
@@ -282,6 +284,8 @@ abi! {
         LightRef => readonly Light, align "16";
         /// Light styles of the point lights.
         StyleOfLightRef => readonly StyleOfLight, align "8";
+        /// Sums of compiler lights.
+        StyleSumRef => readonly StyleSum, align "8";
         /// Suns.
         SunRef => readonly Sun, align "16";
         /// The scene (one element).
@@ -574,6 +578,17 @@ abi! {
             /// Brightness of the style; 1 if it has no plane.
             brightness: float,
         }
+        /// The compiler lights of a style, where not all add up.
+        StyleSum {
+            /// Least irradiance of all surfaces.
+            least: vec3,
+            /// Brightness that is in it and in the lights.
+            brightness: float,
+            /// First point light: those that add, then those of FALLOFF_LEAST, then negative ones.
+            first: uint,
+            /// Point lights.
+            count: uint,
+        }
         /// A sun: a disc in the sky.
         Sun {
             /// Unit direction to its middle.
@@ -639,6 +654,8 @@ abi! {
             suns: SunRef,
             /// Light styles of the point lights.
             light_styles: StyleOfLightRef,
+            /// Sums of compiler lights.
+            style_sums: StyleSumRef,
             /// Grids of baked light.
             baked: BakedTriangleRef,
             /// Samples of baked light.
@@ -683,6 +700,10 @@ abi! {
             moving_count: uint,
             /// Triangles with grids of baked light.
             baked_count: uint,
+            /// Number of sums of compiler lights.
+            sum_count: uint,
+            /// Gamma of the lightmaps that they stand for.
+            light_gamma: float,
             /// 1 if there was a picture before.
             has_before: uint,
             /// Its eye, world space.

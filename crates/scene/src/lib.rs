@@ -40,7 +40,7 @@ pub use cells::LightCells;
 pub use emitter::{Emitter, Emitters, MovingEmitters};
 pub use fog::Fog;
 pub use frame::Frame;
-pub use light::{LightStyle, PointLight};
+pub use light::{LightStyle, LightSums, PointLight};
 pub use material::{Finish, Material, MaterialId, Surface, Texture, TextureId};
 pub use media::Media;
 pub use mesh::{Instance, Mesh, PoseBlend, SeenBy, Triangle};
@@ -76,6 +76,8 @@ pub struct Scene {
     pub cells: LightCells,
     /// Light entities.
     pub lights: Vec<PointLight>,
+    /// How compiler lights become one where not all of them add up.
+    pub light_sums: Option<LightSums>,
     /// What fills space, where light passes into it.
     pub media: Media,
     /// Fog in all of space, liquids included.
@@ -138,6 +140,8 @@ pub struct Features {
     pub style_layers: bool,
     /// Light entities light by the light compilers' formulas.
     pub compiler_lights: bool,
+    /// Compiler lights do not all add up: see [`LightSums`].
+    pub light_sums: bool,
     /// The level's own lightmaps light it.
     pub baked_light: bool,
     /// Instances are placed elsewhere than where their mesh lies.
@@ -216,6 +220,11 @@ impl Features {
                 self.compiler_lights,
                 "compiler lights",
                 "light entities by the light compilers' formulas instead of small spheres",
+            ),
+            (
+                self.light_sums,
+                "sums of light",
+                "least light, gamma or lights that take light away: all light entities are asked at every point",
             ),
             (
                 self.baked_light,
@@ -347,6 +356,7 @@ impl Scene {
             suns: !self.sky.suns.is_empty(),
             style_layers: self.styles.len() > 1,
             compiler_lights: self.lights.iter().any(|l| l.compiler.is_some()),
+            light_sums: self.light_sums.is_some(),
             baked_light: self.baked.is_some(),
             instances: self
                 .instances

@@ -108,12 +108,54 @@ pub enum Falloff {
     },
     /// The same at any distance.
     Constant,
+    /// No light that adds up: where nothing is between, from whatever side, its style's light is at least
+    /// this (`delay` 4). Only in scenes that have [`LightSums`].
+    Least,
     /// A sun: parallel light along this unit vector, on surfaces that see a sky face in the
     /// direction it comes from.
     Sun(Vec3),
 }
 
+/// Irradiance of a lightmap value of 1, where 128 shows a texture as it is stored: a white surface
+/// then has the radiance `v / 128`.
+pub const IRRADIANCE_PER_VALUE: f32 = std::f32::consts::PI / 128.0;
+/// The light compilers do not look for lightmap values up to this (`-gate`).
+pub const COMPILER_GATE: f32 = 0.001;
+
+/// How a level's compiler lights become one where not all of them simply add up: all are asked at every
+/// point, and none is chosen by chance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightSums {
+    /// `_gamma` of the lightmaps: a value v of a style is stored as `255 (v / 255)^(1 / gamma)`.
+    pub gamma: f32,
+    /// One for each light style that has light, by number.
+    pub styles: Vec<StyleSum>,
+}
+
+/// The light of one style: what adds up, then the most of that and of each least light, then what takes light
+/// away; nothing below 0; then gamma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StyleSum {
+    /// Number of the style.
+    pub style: u16,
+    /// Brightness that is in the intensities of its lights; 1 if the film tells the style apart. Above 0.
+    pub brightness: f32,
+    /// Least irradiance of all surfaces, wherever they are (`_minlight`), with the brightness.
+    pub least: Vec3,
+    /// The first of its lights in the scene's list: those that add up, then those of
+    /// [`Falloff::Least`], then those with a negative intensity.
+    pub first: u32,
+    /// Number of its lights.
+    pub count: u32,
+}
+
 impl PointLight {
+    /// Whether it takes light away, as compiler lights may.
+    #[must_use]
+    pub fn is_negative(&self) -> bool {
+        self.intensity.element_sum() < 0.0
+    }
+
     /// Weight among the emitters: the light's power divided by pi, as luminance. Lights whose
     /// strength does not fall with the squared distance count as the sphere that gives as much light
     /// halfway out, or at [`COMPILER_SCALE`].
@@ -132,6 +174,7 @@ impl PointLight {
             Falloff::InverseSquare { scale } => squared / (scale * scale),
             Falloff::InverseSquareShifted { scale } => squared / (4.0 * scale * scale),
             Falloff::Constant | Falloff::Sun(_) => CONSTANT,
+            Falloff::Least => 0.0,
         };
         4.0 * luminance(self.intensity.abs().to_array()) * share * sphere
     }

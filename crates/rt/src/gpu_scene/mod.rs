@@ -172,6 +172,15 @@ impl GpuScene {
         let cells = staging.add(device, "cells", Usage::STORAGE_BUFFER, &cells)?;
         let cell_entries =
             staging.add(device, "cell lists", Usage::STORAGE_BUFFER, &cell_entries)?;
+        let sums: Vec<abi::StyleSum> = (scene.light_sums.iter().flat_map(|s| &s.styles))
+            .map(|s| abi::StyleSum {
+                least: s.least.to_array(),
+                brightness: s.brightness,
+                first: s.first,
+                count: s.count,
+            })
+            .collect();
+        let style_sums = staging.add(device, "sums of light", Usage::STORAGE_BUFFER, &sums)?;
         let mut table = |name, data: &[u8]| staging.add(device, name, Usage::STORAGE_BUFFER, data);
         let emitter_list = table("emitters", bytemuck::cast_slice(&emitters.list))?;
         let sources = table("sources", bytemuck::cast_slice(&emitters.sources))?;
@@ -215,6 +224,9 @@ impl GpuScene {
             cells: cells.address(),
             cell_entries: cell_entries.address(),
             emitter_numbers: emitter_numbers.address(),
+            style_sums: style_sums.address(),
+            sum_count: sums.len() as u32,
+            light_gamma: scene.light_sums.as_ref().map_or(1.0, |s| s.gamma),
             cell_fallback: scene::cells::FALLBACK,
             emitter_count: scene.emitters.list.len() as u32,
             entry_count: scene.emitters.alias.len() as u32,
@@ -295,6 +307,7 @@ impl GpuScene {
                 source_numbers,
                 alias_buffer,
                 sun_buffer,
+                style_sums,
                 baked,
                 baked_samples,
                 materials,
@@ -480,6 +493,7 @@ fn light(l: &scene::PointLight, probability: f32) -> abi::Light {
             direction = along;
             (abi::FALLOFF_SUN, 0.0)
         }
+        Some(Falloff::Least) => (abi::FALLOFF_LEAST, 0.0),
         Some(Falloff::Constant) | None => (abi::FALLOFF_CONSTANT, 0.0),
     };
     let angle_scale = l.compiler.map_or(1.0, |c| c.angle_scale);

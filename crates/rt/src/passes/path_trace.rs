@@ -182,6 +182,7 @@ impl PathTrace {
             GpuFilm::clamp_of(settings, features.style_layers).map_or(0, f32::to_bits),
             u32::from(settings.camera.lens.is_some()),
             u32::from(features.smooth_normals),
+            u32::from(features.light_sums),
         ])
     }
 

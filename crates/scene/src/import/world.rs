@@ -351,6 +351,10 @@ impl<'a> World<'a> {
         let moment = Moment::of(self.level, self.options);
         let styles = moment.told_apart(&mut lights, &mut self.notes);
         let brightness = moment.table(&lights);
+        let light_sums = match self.options.lighting {
+            Lighting::Compiler => lights::sums(self.level, &moment, &mut lights),
+            _ => None,
+        };
         if self.options.lighting == Lighting::Physical {
             lights::make_room(
                 lights.iter_mut(),
@@ -370,7 +374,8 @@ impl<'a> World<'a> {
             Lighting::Physical | Lighting::Compiler
         );
         let suns = &self.set.sky.suns;
-        if is_lit && emitters.list.is_empty() && lights.is_empty() && suns.is_empty() {
+        let is_dark = emitters.list.is_empty() && lights.is_empty() && suns.is_empty();
+        if is_lit && is_dark && light_sums.is_none() {
             self.notes.add("dark", || {
                 "nothing shines: pictures of the level are black".to_owned()
             });
@@ -399,7 +404,7 @@ impl<'a> World<'a> {
             false => emitters,
         };
         let emitters = emitters.with_lights(&lights, suns);
-        let cells = if self.shallow && self.options.light_lists {
+        let cells = if self.shallow && self.options.light_lists && light_sums.is_none() {
             cells::light_cells(bsp, &emitters, &lights, suns, &sky)
         } else {
             LightCells::default()
@@ -421,6 +426,7 @@ impl<'a> World<'a> {
             styles,
             cells,
             lights,
+            light_sums,
             media,
             fog: self.set.fog,
             clear_sky: self.changes_fog.then_some(self.set.clear_sky),

@@ -239,7 +239,7 @@ fn a_lamp_that_is_left_out_is_told_with_its_surface() {
 }
 
 #[test]
-fn compiler_light_is_all_that_adds_up() {
+fn compiler_light_is_what_adds_up_and_what_does_not() {
     let mut map = room();
     map.world_key("_sunlight", "100");
     map.world_key("_sun_mangle", "0 -90 0");
@@ -284,8 +284,38 @@ fn compiler_light_is_all_that_adds_up() {
     assert_eq!(suns.len(), 1 + 65, "a sun, and the dome of 64 samples");
     let down = suns[0].compiler.map(|c| c.falloff);
     assert!(matches!(down, Some(Falloff::Sun(d)) if (d + Vec3::Z).length() < 1e-6));
-    let warns = |word: &str| scene.report.warnings.iter().any(|w| w.contains(word));
-    assert!(warns("least light"));
+    // What does not add up comes after what does, least light before what takes light away.
+    let sums = scene.light_sums.as_ref().expect("sums");
+    let [all] = &sums.styles[..] else {
+        panic!("{sums:?}");
+    };
+    assert_eq!((all.first, all.count as usize), (0, scene.lights.len()));
+    let last = &scene.lights[scene.lights.len() - 2..];
+    assert!(is(&&last[0], |f| matches!(f, Falloff::Least)) && last[1].is_negative());
+    assert_eq!((sums.gamma, all.least), (1.0, Vec3::ZERO));
+    // Worldspawn's keys alone are reason enough, without a light.
+    let mut dim = room();
+    dim.world_key("light", "60");
+    dim.world_key("_minlight_color", "255 0 0");
+    dim.world_key("_gamma", "1.5");
+    let sums = scene_of(&dim, &compiler).light_sums.expect("sums");
+    assert_eq!((sums.gamma, sums.styles.len()), (1.5, 1));
+    let least = PI / 128.0 * 0.5 * 60.0 * STEADY;
+    assert!((sums.styles[0].least / least - Vec3::X).length() < 1e-5);
+    let plain = room();
+    // Lights that aim at nothing are no spotlights.
+    let at = ("origin", "128 128 128");
+    for (keys, is_spot) in [
+        ([at, ("angle", "60"), ("light", "200")], false),
+        ([at, ("angle", "60"), ("target", "nowhere")], false),
+        ([at, ("angle", "60"), ("mangle", "0 -90 0")], true),
+    ] {
+        let mut map = plain.clone();
+        map.entity("light", &keys);
+        let scene = scene_of(&map, &compiler);
+        assert!(scene.light_sums.is_none());
+        assert_eq!(scene.lights[0].spot.is_some(), is_spot, "{keys:?}");
+    }
 }
 
 #[test]

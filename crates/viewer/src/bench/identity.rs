@@ -17,7 +17,7 @@ use scene::baked::{BakedLight, BakedTriangle};
 use scene::camera::Lens;
 use scene::cells::CellNode;
 use scene::gloss::Gloss;
-use scene::light::{CompilerLight, Falloff, Spot};
+use scene::light::{CompilerLight, Falloff, LightSums, Spot, StyleSum};
 use scene::render::Settings;
 use scene::sky::{SkyKind, Sun};
 use scene::{
@@ -84,6 +84,7 @@ pub fn level_hash(scene: &Scene) -> String {
         textures,
         emitters,
         lights,
+        light_sums,
         media,
         fog,
         clear_sky: _,
@@ -158,6 +159,23 @@ pub fn level_hash(scene: &Scene) -> String {
     h.int(lights.len() as u64);
     for light in lights {
         hash_light(&mut h, light);
+    }
+    // Levels whose lights add up keep the number they had before others' did not.
+    if let Some(LightSums { gamma, styles }) = light_sums {
+        h.text("sums").floats([*gamma]);
+        for StyleSum {
+            style,
+            brightness,
+            least,
+            first,
+            count,
+        } in styles
+        {
+            h.int((*style).into())
+                .floats([*brightness])
+                .floats(least.to_array());
+            h.int((*first).into()).int((*count).into());
+        }
     }
     // Levels without media keep the number they had before there were any.
     for CellNode {
@@ -333,6 +351,7 @@ fn hash_light(h: &mut Hasher, light: &PointLight) {
             Falloff::InverseSquareShifted { scale } => (4, [scale, 0.0, 0.0]),
             Falloff::Constant => (5, [0.0; 3]),
             Falloff::Sun(direction) => (6, direction.to_array()),
+            Falloff::Least => (7, [0.0; 3]),
         };
         h.int(kind).floats(numbers).floats([*angle_scale]);
     }

@@ -7,11 +7,9 @@ use crate::light::{CompilerLight, Falloff, PointLight, Spot};
 use bsp::Bsp;
 use bsp::entity::Entity;
 use glam::Vec3;
-use std::f32::consts::PI;
 
-/// Irradiance of a lightmap value of 1, where 128 shows a texture as it is stored: a white surface
-/// then has the radiance `v / 128`.
-pub const IRRADIANCE_PER_VALUE: f32 = PI / 128.0;
+pub use crate::light::IRRADIANCE_PER_VALUE;
+
 /// How far a light in solid is moved along one axis, world units.
 const NUDGE: f32 = 2.0;
 /// A light nearer to solid than this counts as in it, world units.
@@ -20,6 +18,8 @@ const TOUCHING: f64 = 0.1;
 /// A light of `delay` 4: where nothing is between, its style's light is at least this.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastLight {
+    /// Number of its entity.
+    pub entity: usize,
     /// Where it is, world space.
     pub position: Vec3,
     /// Least irradiance, without the brightness of its style.
@@ -63,6 +63,7 @@ pub fn lights(
         let value = light.color * (light.light * world.range * IRRADIANCE_PER_VALUE);
         if light.formula == Some(Formula::Minimum) {
             out.least.push(LeastLight {
+                entity: light.entity,
                 position: place(light.origin),
                 irradiance: value,
                 style: light.style,

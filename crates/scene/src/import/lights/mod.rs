@@ -16,8 +16,9 @@ pub use suns::SUN_SAMPLES;
 
 use super::notes::Notes;
 use super::targets::Targets;
-use crate::light::PointLight;
+use crate::light::{CompilerLight, Falloff, LightSums, PointLight, StyleSum};
 use bsp::Level;
+use glam::Vec3;
 use keys::LightKeys;
 
 /// A light that shines now, and whose it is.
@@ -114,21 +115,29 @@ pub fn compiler_lights_at(
     notes: &mut Notes,
 ) -> Vec<EntityLight> {
     let all = compiler_lights(level, is_shallow, SUN_SAMPLES, notes);
-    if !all.least.is_empty() || all.world.least > 0.0 {
+    if moment.is_of_frames() && (!all.least.is_empty() || adds_up_in_part(&all.world)) {
         notes.add("least light", || {
-            "least light (delay 4, and worldspawn's light) is not drawn: it is no light that adds up"
+            "least light (delay 4, and worldspawn's light) and _gamma are not drawn in frames"
                 .to_owned()
         });
     }
-    if all.world.gamma != 1.0 {
-        notes.add("gamma", || {
-            format!(
-                "the lightmaps' _gamma of {} is not drawn: light is linear",
-                all.world.gamma
-            )
+    let least = (all.least.into_iter())
+        .filter(|_| !moment.is_of_frames())
+        .map(|least| {
+            let light = PointLight {
+                position: least.position,
+                intensity: least.irradiance,
+                style: least.style,
+                compiler: Some(CompilerLight {
+                    falloff: Falloff::Least,
+                    angle_scale: 0.0,
+                }),
+                ..PointLight::default()
+            };
+            (light, least.entity)
         });
-    }
     (all.lights.into_iter().zip(all.entities))
+        .chain(least)
         .filter_map(|(mut light, entity)| {
             light.intensity *= moment.brightness(light.style);
             let shines = light.intensity.abs().max_element() > 0.0 && light.intensity.is_finite();
@@ -140,4 +149,54 @@ pub fn compiler_lights_at(
             })
         })
         .collect()
+}
+
+/// Whether worldspawn asks for what does not add up.
+fn adds_up_in_part(world: &WorldKeys) -> bool {
+    world.least > 0.0 || world.gamma != 1.0
+}
+
+/// How compiler lights become one at a moment, and puts them in the order for that; `None` if all simply
+/// add up.
+pub fn sums(level: &Level, moment: &Moment<'_>, lights: &mut [PointLight]) -> Option<LightSums> {
+    let world = WorldKeys::of(level.entities.first());
+    let is_least = |l: &PointLight| l.compiler.is_some_and(|c| c.falloff == Falloff::Least);
+    let is_plain =
+        !adds_up_in_part(&world) && !lights.iter().any(|l| is_least(l) || l.is_negative());
+    if is_plain || moment.is_of_frames() {
+        return None;
+    }
+    lights.sort_by_key(|l| (l.style, l.is_negative(), is_least(l)));
+    let mut styles: Vec<StyleSum> = Vec::new();
+    let begin = |style: u16, first: u32| {
+        let brightness = moment.brightness(style);
+        let least = match style {
+            0 => {
+                world.least_color * (world.least * world.range * IRRADIANCE_PER_VALUE * brightness)
+            }
+            _ => Vec3::ZERO,
+        };
+        StyleSum {
+            style,
+            brightness,
+            least,
+            first,
+            count: 0,
+        }
+    };
+    if world.least > 0.0 && moment.brightness(0) > 0.0 {
+        styles.push(begin(0, 0));
+    }
+    for (light, number) in lights.iter().zip(0..) {
+        if styles.last().is_none_or(|s| s.style != light.style) {
+            styles.push(begin(light.style, number));
+        }
+        if let Some(last) = styles.last_mut() {
+            last.count += 1;
+        }
+    }
+    Some(LightSums {
+        gamma: world.gamma,
+        styles,
+    })
 }

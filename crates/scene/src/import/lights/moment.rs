@@ -34,6 +34,11 @@ impl<'a> Moment<'a> {
         self.apart && style != 0 || self.frames
     }
 
+    /// Whether frames say how bright styles are.
+    pub fn is_of_frames(&self) -> bool {
+        self.frames
+    }
+
     /// Whether a brightness of the style was asked for.
     pub fn is_set(&self, style: u16) -> bool {
         self.set.iter().any(|&(s, _)| s == style)
