@@ -86,6 +86,24 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// Whether less of everything could help: the device, or its driver, has no memory left.
+    #[must_use]
+    pub fn lacks_memory(&self) -> bool {
+        use vk::Result as R;
+        match self {
+            Self::Memory { .. } => true,
+            Self::Call { result, .. } => [
+                R::ERROR_OUT_OF_DEVICE_MEMORY,
+                R::ERROR_OUT_OF_HOST_MEMORY,
+                R::ERROR_OUT_OF_POOL_MEMORY,
+            ]
+            .contains(result),
+            _ => false,
+        }
+    }
+}
+
 /// Names the call in an error.
 trait Named<T> {
     fn named(self, call: &'static str) -> Result<T, Error>;

@@ -200,7 +200,7 @@ impl Handler<'_> {
         }
         let again = self.lost.is_some_and(|at| at.elapsed() < LOST_AGAIN);
         self.lost = Some(Instant::now());
-        let no_memory = matches!(error.downcast_ref(), Some(rt::Error::Memory { .. }));
+        let no_memory = (error.downcast_ref()).is_some_and(rt::Error::lacks_memory);
         // As long as the picture can be made coarser, that may help.
         if again && !(no_memory && running.app.panels.percent > LEAST_PERCENT) {
             let why = format!("it was opened anew, and that did not help{kept}");

@@ -13,7 +13,7 @@ pub(super) fn show(app: &mut App, ctx: &Context) {
     if app.player.is_none() {
         return;
     }
-    let frame = egui::Frame::side_top_panel(&ctx.style()).multiply_with_opacity(0.9);
+    let frame = super::glass(ctx, egui::Frame::side_top_panel(&ctx.style()), 0.9);
     egui::TopBottomPanel::bottom("demo")
         .frame(frame)
         .show(ctx, |ui| {
@@ -26,7 +26,7 @@ fn controls(app: &mut App, ui: &mut Ui) {
     let Some(player) = &mut app.player else {
         return;
     };
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let text = if player.plays { "Stop" } else { "Play" };
         if ui.button(text).clicked() {
             player.plays = !player.plays;

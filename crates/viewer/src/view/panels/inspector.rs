@@ -77,7 +77,8 @@ fn facts(report: &Report, ui: &mut Ui) -> Option<usize> {
             .map_or("", |(_, v)| v);
         ui.horizontal(|ui| {
             ui.label(format!("Entity {number}: {class}"));
-            if ui.small_button("go there").clicked() {
+            // The world is everywhere.
+            if *number > 0 && ui.small_button("go there").clicked() {
                 goes = Some(*number);
             }
         });

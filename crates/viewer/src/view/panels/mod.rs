@@ -288,7 +288,7 @@ pub fn show(app: &mut App, ctx: &Context) {
             // What it may take; it is as high as what is in it.
             .min_height(height)
             .max_height(height)
-            .frame(egui::Frame::window(&ctx.style()).multiply_with_opacity(0.92))
+            .frame(glass(ctx, egui::Frame::window(&ctx.style()), 0.92))
             .open(&mut open)
             .show(ctx, |ui| {
                 // What does not fit is scrolled to.
@@ -305,6 +305,16 @@ pub fn show(app: &mut App, ctx: &Context) {
         }
         // What is shown may have closed it, too.
         *(panel.is_open)(&mut app.panels) &= open;
+    }
+}
+
+/// A frame that lets some of the picture through. A light one does not: over a dark picture it would be as grey
+/// as the buttons on it.
+fn glass(ctx: &Context, frame: egui::Frame, opacity: f32) -> egui::Frame {
+    if ctx.style().visuals.dark_mode {
+        frame.multiply_with_opacity(opacity)
+    } else {
+        frame
     }
 }
 
@@ -415,7 +425,7 @@ fn notices(app: &mut App, ctx: &Context, room: Rect) {
     if app.notices.all().is_empty() && app.loading.is_none() {
         return;
     }
-    let frame = egui::Frame::popup(&ctx.style()).multiply_with_opacity(0.92);
+    let frame = glass(ctx, egui::Frame::popup(&ctx.style()), 0.92);
     let area = egui::Area::new("notices".into())
         .constrain_to(room)
         .anchor(Align2::CENTER_BOTTOM, vec2(0.0, -12.0));
@@ -457,7 +467,7 @@ fn notices(app: &mut App, ctx: &Context, room: Rect) {
 
 /// The bar at the top: which panels there are, and how far the picture is.
 fn bar(app: &mut App, ctx: &Context) {
-    let frame = egui::Frame::side_top_panel(&ctx.style()).multiply_with_opacity(0.85);
+    let frame = glass(ctx, egui::Frame::side_top_panel(&ctx.style()), 0.85);
     egui::TopBottomPanel::top("bar").frame(frame).show(ctx, |ui| {
         ui.horizontal_wrapped(|ui| {
             for panel in PANELS {
