@@ -1,10 +1,17 @@
 //! Light traced at luxels against the lightmaps of a real light compiler.
 
+use bsp::lmp::Palette;
 use bsp::{Bsp, Level, Limits, SearchPath, Warnings};
+use glam::Vec3;
 use runelight::luxels::compare::{Comparison, Figures, Luxel, compare};
+use runelight_tests::builder::{camera, settings};
+use runelight_tests::devices::{Device, render};
 use runelight_tests::{levels, light_modes};
-use scene::import::{SUN_SAMPLES, compiler_lights};
+use scene::Scene;
+use scene::import::{ImportOptions, Lighting, SUN_SAMPLES, compiler_lights, import};
+use scene::render::Estimator;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 fn fixture() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("baked/light_modes.bsp")
@@ -67,6 +74,42 @@ fn every_kind_of_light_is_what_a_light_compiler_bakes() {
     // A light that is 5 % off is found out.
     let wrong = Figures::over(traced(&level, 1, 1.05).pairs()).expect("luxels");
     assert!(wrong.median >= 1.0 && wrong.p99 > 3.0, "{wrong:?}");
+}
+
+/// What a picture of compiler light shows is what the lightmaps show, in every room: with least light and lights
+/// that take light away, too.
+#[test]
+fn pictures_of_compiler_light_are_those_of_the_lightmaps() {
+    let level = load(&fixture());
+    let palette = Palette(std::array::from_fn(|i| [i as u8; 3]));
+    let [compiler, lightmap] = [Lighting::Compiler, Lighting::Lightmap].map(|lighting| {
+        let options = ImportOptions {
+            lighting,
+            style_brightness: (1..=12).map(|style| (style, 0.8)).collect(),
+            ..ImportOptions::default()
+        };
+        Arc::new(import(&level, &palette, &|_| None, &options).expect("a scene"))
+    });
+    assert!(compiler.features.light_sums);
+    for room in 0..=light_modes::ROOMS.len() {
+        let eye = Vec3::new(320.0 * room as f32 + 40.0, 30.0, 110.0);
+        let picture = |scene: &Arc<Scene>, depth| {
+            let view = settings(camera(eye, 15.0, 50.0, 90.0), 48, Estimator::Nee, depth);
+            render(Device::Cpu, scene, &view, 4).beauty
+        };
+        let (traced, baked) = (picture(&compiler, 2), picture(&lightmap, 1));
+        // Bytes are cut off, luxels are 16 units apart and hold 255 at most: not every pixel is the same.
+        let mut ratios: Vec<f32> = (traced.iter().zip(&baked))
+            .filter(|(_, b)| b[1] > 0.01)
+            .map(|(t, b)| t[1] / b[1])
+            .collect();
+        assert!(ratios.len() > 500, "room {room} is dark");
+        ratios.sort_unstable_by(f32::total_cmp);
+        let [low, median, high] = [1, 5, 9].map(|tenth| ratios[ratios.len() * tenth / 10]);
+        println!("room {room}: {low} {median} {high}");
+        assert!((median - 1.0).abs() < 0.02, "room {room}: {median}");
+        assert!(low > 0.9 && high < 1.2, "room {room}: {low} {high}");
+    }
 }
 
 /// A level full of tests of a light compiler, lit by it with 2 x 2 samples and without bounces.

@@ -13,6 +13,9 @@ pub const LUXEL: f64 = 16.0;
 const LIT_HEADER: usize = 8;
 const LIT_RGB: i32 = 1;
 const LIT_E5BGR9: i32 = 0x0001_0001;
+/// What `light -lit2` of ericw-tools writes for FTE: a 16-byte header with the number of faces, then for each
+/// face 17 bytes with offset, styles, size and scale of its samples.
+const LIT_OF_OWN_SCALE: i32 = 2;
 
 /// The samples that light a level.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,6 +66,12 @@ impl LightSamples {
         let size = match version {
             LIT_RGB => 3,
             LIT_E5BGR9 => 4,
+            LIT_OF_OWN_SCALE => {
+                return Err(format!(
+                    "it has version {version}, whose samples have a scale of their own on every face (light -lit2), \
+                     and which is not read; known are {LIT_RGB} and {LIT_E5BGR9}"
+                ));
+            }
             _ => {
                 return Err(format!(
                     "it has version {version}, known are 1 and {LIT_E5BGR9}"

@@ -121,6 +121,20 @@ pub fn compiler_lights_at(
                 .to_owned()
         });
     }
+    let own_least = (level.entities.iter())
+        .filter(|e| {
+            e.brush_model().is_some()
+                && e.float_loose("minlight")
+                    .is_some_and(|v| v > all.world.least)
+        })
+        .count();
+    if own_least > 0 {
+        notes.add("least light of brush models", || {
+            format!(
+                "the least light of {own_least} brush models of their own (_minlight) is not drawn"
+            )
+        });
+    }
     let least = (all.least.into_iter())
         .filter(|_| !moment.is_of_frames())
         .map(|least| {

@@ -50,16 +50,17 @@ pub fn suns(entities: &[Entity], world: &WorldKeys, samples: u32) -> Vec<(usize,
             direction(&["sun2_mangle"]),
             spread,
         );
+        let upper = ["sunlight2_color", "sunlight_color2"];
+        let lower = ["sunlight3_color", "sunlight_color3"];
         for (key, down) in [("sunlight2", Vec3::NEG_Z), ("sunlight3", Vec3::Z)] {
-            let colors = ["sunlight2_color", "sunlight3_color"];
-            let name = if key == "sunlight3" && keys.get_loose(colors[1]).is_some() {
-                colors[1]
-            } else {
-                colors[0]
-            };
+            // The lower dome has the upper one's colour unless it has its own.
+            let own = lower.iter().filter(|_| key == "sunlight3");
+            let name = own
+                .chain(&upper)
+                .find(|name| keys.get_loose(name).is_some());
             let maker = Maker {
                 value: value(key),
-                color: color(name),
+                color: name.map_or(Vec3::ONE, |name| color(name)),
                 angle_scale: world.angle_scale,
                 range: world.range,
                 style: 0,
