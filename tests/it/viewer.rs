@@ -637,3 +637,20 @@ fn a_demo_has_the_sky_of_its_time_and_a_level_the_texture() {
     assert_silent(&session);
     std::fs::remove_dir_all(&folder).expect("a folder to remove");
 }
+
+/// Whoever closes the window while a level is on its way leaves nothing on the device: its driver is unloaded when
+/// the program ends, whatever threads still do.
+#[test]
+fn a_viewer_that_ends_while_it_loads_leaves_nothing_behind() {
+    for milliseconds in [0, 40, 120, 300] {
+        let (global, render) = options(&["--spp", "1"]);
+        let (device, gpu) = Device::for_window(&global.device, true).expect("a device");
+        let app = App::new((device, gpu.clone()), global, render);
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        drop(app);
+        assert_eq!(gpu.allocated_bytes(), 0, "after {milliseconds} ms");
+        std::thread::sleep(Duration::from_millis(50));
+        assert_eq!(gpu.allocated_bytes(), 0, "and later");
+        assert_eq!(gpu.validation_messages(), [""; 0]);
+    }
+}

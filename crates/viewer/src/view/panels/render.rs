@@ -309,11 +309,13 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         ui.add_enabled(
             shown && !entities.deathmatch,
             Slider::new(&mut entities.skill, 0..=3).text("skill"),
-        );
+        )
+        .on_hover_text("0 easy, 1 normal, 2 hard, 3 nightmare: which monsters and items there are");
         ui.add_enabled(
             shown,
             egui::Checkbox::new(&mut entities.deathmatch, "a game of deathmatch"),
-        );
+        )
+        .on_hover_text("with its items, and without monsters");
         let surfaces = &mut picture.scene.surfaces;
         let mut replaced = !surfaces.no_textures;
         ui.checkbox(&mut replaced, "replacement textures")
@@ -345,6 +347,16 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             .changed()
         {
             picture.layers = super::super::look::layers(all);
+        }
+        let (scene, plain) = (&mut picture.scene, &usual.scene);
+        let changed = scene.entities != plain.entities || scene.surfaces != plain.surfaces;
+        let reset = ui.add_enabled(changed, egui::Button::new("\u{21ba} level").small());
+        if reset
+            .on_hover_text("all of the level back to the usual")
+            .clicked()
+        {
+            scene.entities.clone_from(&plain.entities);
+            scene.surfaces.clone_from(&plain.surfaces);
         }
     });
     if focuses {
