@@ -40,6 +40,8 @@ pub fn eval_compiler_light(
 ) -> Option<CompilerSample> {
     let direction = direction_to(light, compiler, point);
     let distance = match compiler.falloff {
+        // It adds nothing: see `crate::sums`.
+        Falloff::Least => return None,
         Falloff::Sun(_) => None,
         _ => Some(light.position.as_dvec3().distance(point)),
     };
