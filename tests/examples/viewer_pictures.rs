@@ -1,5 +1,5 @@
 //! Makes the pictures of docs/viewer.md, on the bundled level: `viewer_pictures FOLDER [DEVICE [SAMPLES
-//! [NAME]...]]`, all or those of the plain panels that are named.
+//! [NAME]...]]`, all, or those of the film and of plain panels that are named.
 
 use clap::Parser as _;
 use runelight::cli::{Cli, Command};
@@ -57,22 +57,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("window", |p| p.window = true),
         ("keys", |p| p.keys = true),
     ];
-    session.until(LIMIT, App::is_done)?;
     for index in [1, 0] {
         session.app.go_to_camera(index);
-        session.until(LIMIT, App::is_done)?;
+        session.frame()?;
         session.app.add_key();
     }
+    let wants = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
     for (name, open) in panels {
-        if !wanted.is_empty() && wanted.iter().all(|w| w != name) {
-            continue;
+        if wants(name) {
+            shoot(&mut session, Path::new(&folder), name, open)?;
         }
-        shoot(&mut session, Path::new(&folder), name, open)?;
     }
-    if !wanted.is_empty() {
+    if wanted.is_empty() {
+        looking(&mut session, Path::new(&folder))?;
+    }
+    if !wants("film") {
         return Ok(());
     }
-    looking(&mut session, Path::new(&folder))?;
     session.app.open(Some(SAMPLE_DEMO.into()));
     session.until(LIMIT, |app| app.player.is_some() && app.is_done())?;
     if let Some(player) = &mut session.app.player {
