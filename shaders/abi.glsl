@@ -539,7 +539,7 @@ struct SceneData {
     SunRef suns;
     // Light styles of the point lights.
     StyleOfLightRef light_styles;
-    // Sums of compiler lights.
+    // Sums of compiler lights, then one for each material whose `least` stands for that of the first.
     StyleSumRef style_sums;
     // Grids of baked light.
     BakedTriangleRef baked;

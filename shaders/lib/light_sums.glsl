@@ -34,12 +34,17 @@ vec3 with_gamma(vec3 irradiance, float brightness) {
     return white * pow(irradiance / white, vec3(1.0 / gamma));
 }
 
-// Adds the light of all styles at a vertex. It has no direction once it is added up, and counts as if from straight
-// above.
+// Adds the light of all styles at a vertex, of the surface in `hit`, which it overwrites. Light has no direction once it
+// is added up, and counts as if from straight above.
 void add_light_sums(inout PathSample path, Walk walk, Bsdf bsdf, vec3 wo, vec3 n, uint mask) {
     const vec3 scattered = walk.throughput * eval_bsdf(bsdf, wo, n);
-    for (uint i = 0u; i < params.scene.at[0].sum_count; ++i) {
-        const StyleSum style = params.scene.at[0].style_sums.at[i];
+    const uint count = params.scene.at[0].sum_count;
+    const uint material = material_of(hit.instance, hit.triangle);
+    const vec3 own = params.scene.at[0].style_sums.at[count + material].least;
+    for (uint i = 0u; i < count; ++i) {
+        StyleSum style = params.scene.at[0].style_sums.at[i];
+        // Steady light is the first wherever a material has its own.
+        if (i == 0u && max_component(own) > 0.0) style.least = own;
         const vec3 irradiance = sum_of_style(style, walk.origin, n, mask, walk.medium);
         ChosenLight light = NO_LIGHT;
         light.number = style.count > 0u ? style.first : NO_EMITTER;

@@ -125,10 +125,16 @@ fn least_light_negative_light_and_gamma_are_in_the_compilers_order() {
         count,
     };
     let styles = vec![style(0, 1.0, 0.3, 0, 4), style(5, 0.5, 0.0, 4, 2)];
-    let found = [([0.45, 0.95, 0.0], 1.0), ([0.1, 0.2, 0.0], 0.5)];
-    for gamma in [1.0, 1.6] {
+    for (gamma, own) in [(1.0, 0.0), (1.6, 0.0), (1.0, 0.7)] {
+        let dim = if own > 0.0 {
+            [0.65, 0.95, 0.1]
+        } else {
+            [0.45, 0.95, 0.0]
+        };
+        let found = [(dim, 1.0), ([0.1, 0.2, 0.0], 0.5)];
         let mut scene = Arc::unwrap_or_clone(plane_under(PointLight::default(), false));
         scene.lights = lights.to_vec();
+        scene.materials[0].least_light = Vec3::splat(own);
         let styles = styles.clone();
         scene.light_sums = Some(LightSums { gamma, styles });
         list_emitters(&mut scene);

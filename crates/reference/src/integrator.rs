@@ -284,7 +284,10 @@ pub(crate) fn trace_path(
             };
             let absorption = walk.depth.absorption();
             let lights = match &world.scene.light_sums {
-                Some(sums) => light_of_styles(world, sums, &place, normal, absorption, stack),
+                Some(sums) => {
+                    let own = point.material.least_light.as_dvec3();
+                    light_of_styles(world, sums, &place, (normal, own), absorption, stack)
+                }
                 None => {
                     let choice = &walk.choice;
                     vec![sample_light(

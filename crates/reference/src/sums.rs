@@ -10,12 +10,13 @@ use scene::PointLight;
 use scene::light::{COMPILER_GATE, Falloff, IRRADIANCE_PER_VALUE, LightSums, StyleSum};
 
 /// The light of each style at a place with the unit normal `normal`, scattered towards the viewer: all lights are
-/// asked. The place's space has this absorption.
+/// asked. `own` is the surface's own least irradiance in steady light, if it is not black. The place's space has
+/// this absorption.
 pub(crate) fn light_of_styles(
     world: &World,
     sums: &LightSums,
     place: &Place,
-    normal: DVec3,
+    (normal, own): (DVec3, DVec3),
     absorption: DVec3,
     stack: &mut Stack,
 ) -> Vec<LightSample> {
@@ -24,7 +25,11 @@ pub(crate) fn light_of_styles(
     (sums.styles.iter())
         .map(|style| {
             let mut rays = 0;
-            let irradiance = irradiance(world, style, place, normal, absorption, &mut rays, stack);
+            let mut style = *style;
+            if style.style == 0 && own != DVec3::ZERO {
+                style.least = own.as_vec3();
+            }
+            let irradiance = irradiance(world, &style, place, normal, absorption, &mut rays, stack);
             let irradiance = with_gamma(irradiance, sums.gamma, style.brightness);
             let shown = world
                 .scene

@@ -654,7 +654,7 @@ abi! {
             suns: SunRef,
             /// Light styles of the point lights.
             light_styles: StyleOfLightRef,
-            /// Sums of compiler lights.
+            /// Sums of compiler lights, then one for each material whose `least` stands for that of the first.
             style_sums: StyleSumRef,
             /// Grids of baked light.
             baked: BakedTriangleRef,

@@ -64,6 +64,9 @@ pub struct Material {
     pub two_sided: bool,
     /// The texture is warped like a liquid's; see [`warp`].
     pub warped: bool,
+    /// Least irradiance of its surfaces in steady light, in scenes with [`crate::LightSums`], instead of that of
+    /// all surfaces; black if it has none of its own.
+    pub least_light: Vec3,
     /// What it is besides an opaque Lambertian reflector.
     pub finish: Finish,
     /// Materials that it shows in turn in frames, for a fifth of a second each from the level's beginning
@@ -86,6 +89,7 @@ impl Material {
             alpha_tested: false,
             two_sided: false,
             warped: false,
+            least_light: Vec3::ZERO,
             finish: Finish::default(),
             frames: Vec::new(),
         }

@@ -180,6 +180,15 @@ impl GpuScene {
                 count: s.count,
             })
             .collect();
+        let of_materials = (scene.materials.iter()).map(|m| abi::StyleSum {
+            least: m.least_light.to_array(),
+            ..abi::StyleSum::zeroed()
+        });
+        let sum_count = sums.len() as u32;
+        let sums: Vec<_> = match scene.features.light_sums {
+            true => sums.into_iter().chain(of_materials).collect(),
+            false => sums,
+        };
         let style_sums = staging.add(device, "sums of light", Usage::STORAGE_BUFFER, &sums)?;
         let mut table = |name, data: &[u8]| staging.add(device, name, Usage::STORAGE_BUFFER, data);
         let emitter_list = table("emitters", bytemuck::cast_slice(&emitters.list))?;
@@ -225,7 +234,7 @@ impl GpuScene {
             cell_entries: cell_entries.address(),
             emitter_numbers: emitter_numbers.address(),
             style_sums: style_sums.address(),
-            sum_count: sums.len() as u32,
+            sum_count,
             light_gamma: scene.light_sums.as_ref().map_or(1.0, |s| s.gamma),
             cell_fallback: scene::cells::FALLBACK,
             emitter_count: scene.emitters.list.len() as u32,

@@ -14,7 +14,7 @@ use glam::Vec3;
 const DEFAULT_LIP: f32 = 8.0;
 
 /// A brush entity that is drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Pose<'a> {
     /// Its brush model in the level, 1 or more.
     pub model: usize,
@@ -30,6 +30,8 @@ pub struct Pose<'a> {
     pub alternate: bool,
     /// Coverage that it asks for, 1 opaque.
     pub alpha: Option<f32>,
+    /// Its entity.
+    pub entity: &'a Entity,
 }
 
 /// All drawn brush entities in file order, with how many were left out as invisible.
@@ -130,6 +132,7 @@ fn pose<'a>(
         classname,
         fixed: fixed && offset == Vec3::ZERO,
         solid: classname.starts_with("func_") && classname != "func_illusionary",
+        entity,
         alternate: entity.float("frame").is_some_and(|f| f != 0.0),
         alpha: entity_alpha(entity),
     }

@@ -115,15 +115,23 @@ pub struct Look {
     pub alpha: Option<f32>,
     /// The face has no lightmap, where that makes a difference.
     pub unlit: bool,
+    /// [`Material::least_light`].
+    pub least_light: Vec3,
 }
 
 /// What tells a [`Look`] from others.
-pub type LookKey = (bool, Option<u32>, bool);
+pub type LookKey = (bool, Option<u32>, bool, [u32; 3]);
 
 impl Look {
     /// What tells looks apart.
     pub fn key(self) -> LookKey {
-        (self.alternate, self.alpha.map(f32::to_bits), self.unlit)
+        let least = self.least_light.to_array().map(f32::to_bits);
+        (
+            self.alternate,
+            self.alpha.map(f32::to_bits),
+            self.unlit,
+            least,
+        )
     }
 }
 
@@ -309,6 +317,7 @@ impl<'a> Surfaces<'a> {
             alpha_tested: kind == NameKind::Fence,
             two_sided: kind.is_liquid(),
             warped: kind.is_liquid(),
+            least_light: look.least_light,
             finish,
             ..Material::new(named.name.clone(), set.add_texture(base))
         };

@@ -234,9 +234,14 @@ impl<'a> World<'a> {
         for model in hidden {
             self.report.faces_left_out += bsp.drawable_faces(model).count();
         }
+        let least_light = |pose: &Pose<'_>| match self.options.lighting {
+            Lighting::Compiler => lights::least_of_model(self.level, pose.entity, self.options),
+            _ => Vec3::ZERO,
+        };
+        let least: Vec<Vec3> = poses.iter().map(least_light).collect();
         let mut merged = HashSet::new();
         let mut places: HashMap<[i64; 6], u8> = HashMap::new();
-        for pose in &poses {
+        for (pose, least_light) in poses.iter().zip(least) {
             let bounds = bounds(bsp, pose.model);
             let taken = places.entry(place_key(bounds, pose.offset)).or_default();
             let growth = growth(bounds, ENTITY_GROWTH * f32::from(*taken + 1));
@@ -244,6 +249,7 @@ impl<'a> World<'a> {
             let look = Look {
                 alternate: pose.alternate,
                 alpha: pose.alpha,
+                least_light,
                 ..Look::default()
             };
             // A second entity of the same model is an instance, so that a few bytes of entity text
@@ -352,7 +358,14 @@ impl<'a> World<'a> {
         let styles = moment.told_apart(&mut lights, &mut self.notes);
         let brightness = moment.table(&lights);
         let light_sums = match self.options.lighting {
-            Lighting::Compiler => lights::sums(self.level, &moment, &mut lights),
+            Lighting::Compiler => {
+                let of_models = self
+                    .set
+                    .materials
+                    .iter()
+                    .any(|m| m.least_light != Vec3::ZERO);
+                lights::sums(self.level, &moment, &mut lights, of_models)
+            }
             _ => None,
         };
         if self.options.lighting == Lighting::Physical {

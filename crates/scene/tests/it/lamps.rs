@@ -302,6 +302,16 @@ fn compiler_light_is_what_adds_up_and_what_does_not() {
     assert_eq!((sums.gamma, sums.styles.len()), (1.5, 1));
     let least = PI / 128.0 * 0.5 * 60.0 * STEADY;
     assert!((sums.styles[0].least / least - Vec3::X).length() < 1e-5);
+    // A brush model's own, which is more.
+    dim.brush_entity(
+        "func_wall",
+        &[("_minlight", "90")],
+        vec![mapc::Brush::cuboid([32.0; 3], [64.0; 3], ["wall"; 6])],
+    );
+    let own = PI / 128.0 * 0.5 * 90.0 * STEADY;
+    let scene = scene_of(&dim, &compiler);
+    let lit = |m: &&scene::Material| (m.least_light / own - Vec3::ONE).length() < 1e-5;
+    assert_eq!(scene.materials.iter().filter(lit).count(), 1);
     let plain = room();
     // Lights that aim at nothing are no spotlights.
     let at = ("origin", "128 128 128");

@@ -264,6 +264,7 @@ fn hash_material(h: &mut Hasher, material: &Material) {
         alpha_tested,
         two_sided,
         warped,
+        least_light,
         finish,
         frames,
     } = material;
@@ -276,6 +277,9 @@ fn hash_material(h: &mut Hasher, material: &Material) {
     h.floats([*emission_scale, *emission_weight]);
     for flag in [alpha_tested, two_sided, warped] {
         h.int((*flag).into());
+    }
+    if *least_light != glam::Vec3::ZERO {
+        h.text("least").floats(least_light.to_array());
     }
     // Plain surfaces keep the number they had before there were others.
     if *finish != Finish::default() {

@@ -16,8 +16,10 @@ pub use suns::SUN_SAMPLES;
 
 use super::notes::Notes;
 use super::targets::Targets;
+use crate::import::ImportOptions;
 use crate::light::{CompilerLight, Falloff, LightSums, PointLight, StyleSum};
 use bsp::Level;
+use bsp::entity::Entity;
 use glam::Vec3;
 use keys::LightKeys;
 
@@ -121,20 +123,6 @@ pub fn compiler_lights_at(
                 .to_owned()
         });
     }
-    let own_least = (level.entities.iter())
-        .filter(|e| {
-            e.brush_model().is_some()
-                && e.float_loose("minlight")
-                    .is_some_and(|v| v > all.world.least)
-        })
-        .count();
-    if own_least > 0 {
-        notes.add("least light of brush models", || {
-            format!(
-                "the least light of {own_least} brush models of their own (_minlight) is not drawn"
-            )
-        });
-    }
     let least = (all.least.into_iter())
         .filter(|_| !moment.is_of_frames())
         .map(|least| {
@@ -172,12 +160,18 @@ fn adds_up_in_part(world: &WorldKeys) -> bool {
 
 /// How compiler lights become one at a moment, and puts them in the order for that; `None` if all simply
 /// add up.
-pub fn sums(level: &Level, moment: &Moment<'_>, lights: &mut [PointLight]) -> Option<LightSums> {
+/// `of_models` says that brush models have least light of their own.
+pub fn sums(
+    level: &Level,
+    moment: &Moment<'_>,
+    lights: &mut [PointLight],
+    of_models: bool,
+) -> Option<LightSums> {
     let world = WorldKeys::of(level.entities.first());
     let is_least = |l: &PointLight| l.compiler.is_some_and(|c| c.falloff == Falloff::Least);
     let is_plain =
         !adds_up_in_part(&world) && !lights.iter().any(|l| is_least(l) || l.is_negative());
-    if is_plain || moment.is_of_frames() {
+    if is_plain && !of_models || moment.is_of_frames() {
         return None;
     }
     lights.sort_by_key(|l| (l.style, l.is_negative(), is_least(l)));
@@ -198,7 +192,7 @@ pub fn sums(level: &Level, moment: &Moment<'_>, lights: &mut [PointLight]) -> Op
             count: 0,
         }
     };
-    if world.least > 0.0 && moment.brightness(0) > 0.0 {
+    if (world.least > 0.0 || of_models) && moment.brightness(0) > 0.0 {
         styles.push(begin(0, 0));
     }
     for (light, number) in lights.iter().zip(0..) {
@@ -213,4 +207,16 @@ pub fn sums(level: &Level, moment: &Moment<'_>, lights: &mut [PointLight]) -> Op
         gamma: world.gamma,
         styles,
     })
+}
+
+/// Least irradiance of a brush model of its own, where that is more than the world's; black otherwise, and where
+/// frames say how bright styles are.
+pub fn least_of_model(level: &Level, entity: &Entity, options: &ImportOptions) -> Vec3 {
+    let world = WorldKeys::of(level.entities.first());
+    let least = entity.float_loose("minlight").unwrap_or(0.0);
+    if least <= world.least || !least.is_finite() || options.frames {
+        return Vec3::ZERO;
+    }
+    let steady = Moment::of(level, options).brightness(0);
+    least_color(entity) * (least * world.range * IRRADIANCE_PER_VALUE * steady)
 }
