@@ -4,6 +4,7 @@
 use crate::error::{ErrorKind, FormatError, Limits};
 use crate::posed::PosedSurface;
 use crate::reader::{Reader, latin1, until_nul};
+use std::f32::consts::TAU;
 
 /// The one version there is.
 pub const VERSION: i32 = 15;
@@ -21,8 +22,17 @@ pub struct Md3 {
     pub frames: usize,
     /// Surfaces, at least one.
     pub surfaces: Vec<PosedSurface>,
-    /// For each surface the vertices of all frames, in 64ths of a unit.
-    vertices: Vec<Vec<[i16; 3]>>,
+    /// For each surface the vertices of all frames.
+    vertices: Vec<Vec<Vertex>>,
+}
+
+/// A vertex in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Vertex {
+    /// In 64ths of a unit.
+    place: [i16; 3],
+    /// Its normal: angle to +z and angle about z from +x, both in 255ths of a turn.
+    angles: [u8; 2],
 }
 
 impl Md3 {
@@ -133,7 +143,10 @@ impl Md3 {
         let places = table("vertices of all frames", at_vertices, all, 8)?;
         let place = |bytes: &[u8]| {
             let mut v = Reader::new(bytes);
-            Some([v.i16()?, v.i16()?, v.i16()?])
+            Some(Vertex {
+                place: [v.i16()?, v.i16()?, v.i16()?],
+                angles: v.array()?,
+            })
         };
         self.vertices
             .push(places.chunks_exact(8).filter_map(place).collect());
@@ -147,14 +160,26 @@ impl Md3 {
 
     /// Where the vertices of all surfaces are in a frame that is there.
     pub(crate) fn pose(&self, frame: usize) -> Vec<[f32; 3]> {
+        let place = |v: &Vertex| v.place.map(|c| f32::from(c) * SCALE);
+        self.frame(frame).map(place).collect()
+    }
+
+    /// Unit normals of the vertices of all surfaces in a frame that is there.
+    pub(crate) fn normals(&self, frame: usize) -> Vec<[f32; 3]> {
+        let normal = |v: &Vertex| {
+            let [from_up, about] = v.angles.map(|a| f32::from(a) * (TAU / 255.0));
+            let (sin, cos) = from_up.sin_cos();
+            [about.cos() * sin, about.sin() * sin, cos]
+        };
+        self.frame(frame).map(normal).collect()
+    }
+
+    fn frame(&self, frame: usize) -> impl Iterator<Item = &Vertex> {
         let surfaces = self.surfaces.iter().zip(&self.vertices);
-        surfaces
-            .flat_map(|(surface, all)| {
-                let n = surface.uv.len();
-                all.chunks_exact(n.max(1)).nth(frame).unwrap_or_default()
-            })
-            .map(|v| v.map(|c| f32::from(c) * SCALE))
-            .collect()
+        surfaces.flat_map(move |(surface, all)| {
+            let n = surface.uv.len();
+            all.chunks_exact(n.max(1)).nth(frame).unwrap_or_default()
+        })
     }
 }
 

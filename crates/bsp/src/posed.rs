@@ -59,6 +59,16 @@ impl PosedModel {
         }
     }
 
+    /// Unit normals of the vertices that [`Self::pose`] gives, to the outside as the file has it; `None` for MD5,
+    /// which has none.
+    pub fn normals(&self, frame: usize) -> Option<Vec<[f32; 3]>> {
+        let frame = if frame < self.frames() { frame } else { 0 };
+        match self {
+            Self::Md3(model) => Some(model.normals(frame)),
+            Self::Md5(_) => None,
+        }
+    }
+
     /// Vertices of all surfaces.
     pub fn vertices(&self) -> usize {
         self.surfaces().iter().map(|s| s.uv.len()).sum()

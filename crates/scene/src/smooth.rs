@@ -1,4 +1,4 @@
-//! Normals that let the facets of models look as round as they are meant.
+//! Normals that let the facets of models look as round as they are meant: those of the file, or what suits the facets.
 
 use crate::mesh::{Mesh, PoseBlend, Triangle};
 use glam::{Vec2, Vec3};
@@ -56,16 +56,49 @@ impl Mesh {
     /// vertex that are of one surface with it, each weighted by its angle there (Thuermer and Wuethrich 1998). A mesh
     /// of edges alone stays flat.
     pub fn make_smooth(&mut self) {
-        let rigid = [self.positions.clone()];
-        let poses = if self.poses.is_empty() {
-            &rigid[..]
-        } else {
-            &self.poses[..]
-        };
+        let poses = self.all_poses();
         self.normals = match poses.len().saturating_mul(self.triangles.len()) {
             0..=MOST_NORMALS => normals(&self.triangles, poses),
             _ => Vec::new(),
         };
+    }
+
+    /// Gives the mesh these normals for shading: those of all vertices, for each pose (one, if it has none), in its
+    /// space. At corners of facets that they do not point out of, the facet's own stands for them. Where all are the
+    /// same, they say nothing, and the mesh is made smooth as if there were none.
+    pub fn shade_with(&mut self, of_poses: &[Vec<Vec3>]) {
+        let first = of_poses.iter().flatten().next();
+        if of_poses.iter().flatten().all(|n| Some(n) == first) {
+            self.make_smooth();
+            return;
+        }
+        let poses = self.all_poses();
+        self.normals = if poses.len().saturating_mul(self.triangles.len()) > MOST_NORMALS {
+            Vec::new()
+        } else {
+            let of_facet = |t: &Triangle, pose: &[Vec3], normals: &[Vec3]| {
+                let own = facet(pose, t);
+                t.vertices.map(|v| {
+                    let given = normals
+                        .get(v as usize)
+                        .filter(|n| n.is_finite() && n.dot(own) > 0.0);
+                    PackedNormal::new(*given.unwrap_or(&own))
+                })
+            };
+            let of_pose = |(pose, normals): (&Vec<Vec3>, &Vec<Vec3>)| {
+                let facets = self.triangles.iter();
+                facets.map(|t| of_facet(t, pose, normals)).collect()
+            };
+            poses.iter().zip(of_poses).map(of_pose).collect()
+        };
+    }
+
+    fn all_poses(&self) -> &[Vec<Vec3>] {
+        if self.poses.is_empty() {
+            std::slice::from_ref(&self.positions)
+        } else {
+            &self.poses
+        }
     }
 
     /// Normals for shading of a triangle's corners in a pose, to the front, local space, unit at the poses; `None` if the

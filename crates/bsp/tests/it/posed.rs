@@ -33,6 +33,7 @@ fn skeletons_move_what_hangs_on_them() {
         (still.frames(), still.vertices(), still.flags()),
         (1, 4, None)
     );
+    assert!(still.normals(0).is_none());
     near(&still.pose(0), &REST);
     let moving = read(Some(&anim));
     assert_eq!(moving.frames(), 2);
@@ -81,6 +82,18 @@ fn surfaces_hold_every_frame() {
             [0.0, 2.0, 65.0 / 64.0],
         ],
     );
+    // In 255ths of a turn: about an eighth from above, beyond a quarter, a quarter.
+    let turn = |n: f32| (n / 255.0 * std::f32::consts::TAU).sin_cos();
+    let ((high, low), (right, up)) = (turn(32.0), turn(64.0));
+    let (back, along) = turn(128.0);
+    let first = model.normals(0).expect("normals");
+    near(
+        &first[..2],
+        &[[high, 0.0, low], [along * right, back * right, up]],
+    );
+    let second = model.normals(1).expect("normals");
+    let leaning = turn(32.0);
+    near(&second, &[[leaning.1 * right, leaning.0 * right, up]; 3]);
 }
 
 #[test]

@@ -59,7 +59,8 @@ frame 1 {
     (mesh.to_owned(), anim.to_owned())
 }
 
-/// A surface of a triangle in two frames, the second 1/64 further up.
+/// A surface of a triangle in two frames, the second 1/64 further up. It faces +x; its normals lean from there: in the
+/// first frame to +z, and the second one's to -x, in the second frame to +y.
 pub fn md3() -> Vec<u8> {
     let ints =
         |values: &[i32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
@@ -82,10 +83,13 @@ pub fn md3() -> Vec<u8> {
     for c in [0.0_f32, 1.0, 1.0, 1.0, 1.0, 0.0] {
         surface.extend(c.to_le_bytes());
     }
-    for lift in [0_i16, 1] {
-        for [x, y, z] in [[0, -128, 0], [0, 128, 0], [0, 128, 64]] {
-            let place: [i16; 4] = [x, y, z + lift, 0];
-            surface.extend(place.iter().flat_map(|c| c.to_le_bytes()));
+    for (lift, angles) in [(0_i16, [[32, 0], [64, 128], [63, 0]]), (1, [[64, 32]; 3])] {
+        for ([x, y, z], angles) in [[0, -128, 0], [0, 128, 0], [0, 128, 64]]
+            .into_iter()
+            .zip(angles)
+        {
+            surface.extend([x, y, z + lift].iter().flat_map(|c: &i16| c.to_le_bytes()));
+            surface.extend::<[u8; 2]>(angles);
         }
     }
     file.extend(surface);

@@ -361,14 +361,8 @@ impl World<'_> {
         let mut warnings = Warnings::new();
         let limits = &self.options.limits;
         let read = match data.get(..4) {
-            Some(b"IDPO") => Mdl::parse(&data, limits, &mut warnings).map(|file| {
-                let mut parts = self.alias_parts(path, file);
-                let options = self.options;
-                if options.smooth_models && options.lighting == Lighting::Physical {
-                    parts.iter_mut().for_each(|p| p.model.mesh.make_smooth());
-                }
-                Some(Loaded::Alias(parts))
-            }),
+            Some(b"IDPO") => Mdl::parse(&data, limits, &mut warnings)
+                .map(|file| Some(Loaded::Alias(self.alias_parts(path, file)))),
             Some(b"IDSP") => Spr::parse(&data, limits, &mut warnings).map(|file| {
                 let model = SpriteModel::new(path, &file, |_, _| MaterialId(0));
                 Some(Loaded::Sprite(Box::new((file, model))))

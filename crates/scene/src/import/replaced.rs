@@ -14,6 +14,7 @@ use bsp::mdl::{Mdl, flags};
 use bsp::miptex::MipTex;
 use bsp::posed::PosedModel;
 use bsp::{FormatError, Warnings};
+use glam::Vec3;
 
 /// Most vertices that a model may have in all its frames together: small files can ask for many.
 const MAX_PLACES: usize = 1 << 23;
@@ -61,12 +62,19 @@ impl World<'_> {
             }
         }
         // Skins are painted when they are shown.
-        let model = AliasModel::new(path, &file, |_, _, _| crate::MaterialId(0));
+        let mut model = AliasModel::new(path, &file, |_, _, _| crate::MaterialId(0));
+        if self.shades_round() {
+            model.mesh.make_smooth();
+        }
         vec![AliasPart {
             name: path.to_owned(),
             model,
             skins: Skins::Own(file),
         }]
+    }
+
+    fn shades_round(&self) -> bool {
+        self.options.smooth_models && self.options.lighting == Lighting::Physical
     }
 
     fn replacement(
@@ -94,6 +102,9 @@ impl World<'_> {
         // A skeleton says nothing of trails and turning, and engines take that from the alias model.
         let flags = model.flags().unwrap_or(file.header.flags);
         let poses: Vec<_> = (0..model.frames()).map(|frame| model.pose(frame)).collect();
+        let round = self.shades_round();
+        let normals = |frame| model.normals(frame).filter(|_| round);
+        let normals: Option<Vec<_>> = (0..model.frames()).map(normals).collect();
         let lists = if is_md3 {
             self.skin_files(stem)
         } else {
@@ -120,11 +131,24 @@ impl World<'_> {
             };
             let size = [size.width, size.height];
             let pictures: Vec<usize> = skins.iter().map(Vec::len).collect();
+            let mut alias =
+                AliasModel::posed_surface(name, surface, &poses, first, size, &pictures, flags);
+            match &normals {
+                Some(normals) => {
+                    let own = first..first + surface.uv.len();
+                    let of_pose = |all: &Vec<[f32; 3]>| -> Vec<Vec3> {
+                        let own = all.get(own.clone()).unwrap_or_default();
+                        own.iter().map(|&n| n.into()).collect()
+                    };
+                    let of_poses: Vec<_> = normals.iter().map(of_pose).collect();
+                    alias.mesh.shade_with(&of_poses);
+                }
+                None if round => alias.mesh.make_smooth(),
+                None => {}
+            }
             parts.push(AliasPart {
                 name: format!("{name} surface {number}"),
-                model: AliasModel::posed_surface(
-                    name, surface, &poses, first, size, &pictures, flags,
-                ),
+                model: alias,
                 skins: Skins::Beside(skins),
             });
             first += surface.uv.len();

@@ -134,6 +134,29 @@ fn surfaces_of_md3_come_first_and_have_pictures_of_their_own() {
         ("progs/box.md3", 3)
     );
     assert_eq!(mesh.positions[0].z, 1.0 / 64.0);
+    // It is shaded by the normals of the file, where they point out of the facet; in the second frame all to one side.
+    let normals = |keys: &[(&str, &str)], options: &ImportOptions| {
+        let found = scene(&folder, keys, options);
+        shown(&found).corner_normals(0, scene::PoseBlend::default())
+    };
+    let turn = |n: f32| (n / 255.0 * std::f32::consts::TAU).sin_cos();
+    let near = |n: Vec3, right: Vec3| assert!((n - right).length() < 1e-4, "{n} {right}");
+    let (high, low) = turn(32.0);
+    let [a, b, c] = normals(&[], &options).expect("normals");
+    // The second vertex' normal points inside.
+    near(a, Vec3::new(high, 0.0, low));
+    near(b, Vec3::X);
+    let (right, up) = turn(63.0);
+    near(c, Vec3::new(right, 0.0, up));
+    for n in normals(&[("frame", "1")], &options).expect("normals") {
+        let (right, up) = turn(64.0);
+        near(n, Vec3::new(low * right, high * right, up));
+    }
+    let flat = ImportOptions {
+        smooth_models: false,
+        ..ImportOptions::default()
+    };
+    assert!(normals(&[], &flat).is_none());
     // As a list of skins says.
     let list = b"progs/box.tga, skins/a.tga, skins/b.tga\r\n";
     folder.insert("progs/box.md3.skin".to_owned(), list.to_vec());
