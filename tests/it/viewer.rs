@@ -124,6 +124,77 @@ fn a_saved_picture_is_made_again_by_its_command() {
     std::fs::remove_dir_all(&folder).expect("a folder to remove");
 }
 
+/// So is a moment of a demo, from the player's eye and beside it; dropped on the window its files bring it back, with
+/// all that was set. The frames of films do, too.
+#[test]
+fn a_moment_of_a_demo_is_made_again_by_its_command() {
+    let folder = std::env::temp_dir().join(format!("runelight-moment-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let mut session = session(&["--spp", "2", "--depth", "3", SAMPLE_DEMO]);
+    session.app.folder.clone_from(&folder);
+    session.app.args.picture.layers = runelight::view::look::layers(true);
+    session.app.args.picture.scene.threshold = 0.35;
+    // Of a level's time and skill a demo knows nothing.
+    session.app.args.picture.scene.at = 2.0;
+    let mut taken = Vec::new();
+    for follows in [true, false] {
+        let player = session.app.player.as_mut().expect("a demo");
+        player.seek(2.0 + 1.0 / 3.0);
+        player.follows = follows;
+        if !follows {
+            session.app.eye.position += glam::Vec3::new(-20.0, 8.0, 30.0);
+            session.app.args.picture.view.fov = Some(80.0);
+        }
+        session.until(LIMIT, App::is_done).expect("a picture");
+        session.app.saved = None;
+        session.tap(Key::P).expect("frames");
+        let is_saved = |app: &App| app.saved.is_some();
+        session.until(LIMIT, is_saved).expect("files");
+        session.frame().expect("a frame");
+        let saved = session.app.saved.clone().expect("files");
+        assert_eq!(session.clipboard(), saved.command);
+        session.app.notices.pass(1e3);
+        session.frames(2).expect("frames");
+        let time = session.app.player.as_ref().expect("a demo").time;
+        let picture = session.picture().expect("a frame");
+        taken.push((saved, time, follows, session.app.eye, picture));
+    }
+    let before = files(&folder);
+    assert_eq!(before.len(), 4, "EXRs and PNGs");
+    for (saved, ..) in &taken {
+        for file in &saved.files {
+            std::fs::remove_file(file).expect("a file to remove");
+        }
+        let mut words = words(&saved.command);
+        words.push("--quiet".into());
+        let cli = Cli::try_parse_from(&words).unwrap_or_else(|e| panic!("{}: {e}", saved.command));
+        runelight::cmd::run(&cli, Instant::now()).expect("a picture");
+    }
+    for ((name, a), (other, b)) in before.iter().zip(&files(&folder)) {
+        assert!(name == other && a == b, "{name} differs: {:?}", taken[0].0);
+    }
+
+    // In another demo's place, in none, and in the same.
+    session.app.open(None);
+    let ended = |app: &App| app.player.is_none() && app.is_done();
+    session.until(LIMIT, ended).expect("a level");
+    for (i, file) in [(1, 0), (0, 1), (1, 1)] {
+        let (saved, time, follows, eye, picture) = &taken[i];
+        session.app.args.picture = defaults().picture;
+        session.app.open_file(&saved.files[file]);
+        let there = |app: &App| app.player.is_some() && app.is_done();
+        session.until(LIMIT, there).expect("a picture");
+        let player = session.app.player.as_ref().expect("a demo");
+        assert_eq!((player.time, player.follows), (*time, *follows));
+        assert_eq!(session.app.eye, *eye);
+        session.app.notices.pass(1e3);
+        session.frames(2).expect("frames");
+        assert!(session.picture().expect("a frame") == *picture, "{saved:?}");
+    }
+    assert_silent(&session);
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+}
+
 /// Hands move the eye, settings change the picture, nothing is said by the validation layer.
 #[test]
 fn one_flies_and_changes_every_setting() {

@@ -16,16 +16,19 @@ pub use audience::{Audience, Reached};
 pub use pattern::Pattern;
 pub use ratio::{Ratio, Steps};
 pub use shutter::Shutter;
+pub(crate) use stage::screen;
 pub use stage::{Show, Stage};
 
 use crate::adaptive::{self, Adaptive};
-use crate::cli::{Demo as Args, PictureArgs};
+use crate::cli::{Demo as Args, Global, PictureArgs};
 use crate::cmd::Context;
 use crate::device::Device;
 use crate::job::{self, AnyRenderer, Goal, Stopped};
 use crate::level::{Source, sha256};
-use crate::output::{Layer, Note};
+use crate::output::{Layer, Note, Screen};
 use crate::progress::Progress;
+use crate::view::look::noted_demo_command;
+use crate::view::save::COMMAND;
 use crate::{Outcome, Usage, demo, interrupt, shot};
 use anyhow::{Context as _, Result, bail};
 use report::{Record, Summary, Told};
@@ -51,7 +54,7 @@ pub(crate) fn mix(number: u64) -> u64 {
 }
 
 /// The seed of a frame of a clip that was asked for with `seed`.
-fn frame_seed(seed: u64, frame: u32) -> u64 {
+pub(crate) fn frame_seed(seed: u64, frame: u32) -> u64 {
     mix(mix(seed) ^ u64::from(frame))
 }
 
@@ -80,10 +83,7 @@ pub fn run_for(args: &Args, context: &Context, audience: &Audience) -> Result<Ou
         args,
         context,
         audience,
-        steps: Steps {
-            from: args.clip.from.unwrap_or(Ratio::ZERO),
-            fps: args.clip.fps,
-        },
+        steps: steps(args),
         show: Show {
             timeline: &timeline,
             unseen: unseen(args),
@@ -93,21 +93,83 @@ pub fn run_for(args: &Args, context: &Context, audience: &Audience) -> Result<Ou
     let frames = clip.frames()?;
     clip.check_levels(&frames)?;
     targets.prepare(&frames)?;
-    let picture = &args.picture;
-    let read = (picture.scene.surfaces.rules()?, picture.view.path()?);
-    let made = resume::settings(
-        &args.clip,
-        picture,
-        clip.show.unseen,
-        &sha256(&bytes),
-        &sha256(format!("{read:?}").as_bytes()),
-    );
+    let made = made(args, &bytes)?;
     let found = if args.clip.resume {
         resume::find(&targets, &frames, &made)?
     } else {
         resume::Found::new()
     };
     clip.render(targets, frames, &made, &found)
+}
+
+/// All that frames depend on besides their numbers and the files of their level: see [`resume::settings`].
+pub(crate) fn made(args: &Args, demo: &[u8]) -> Result<String> {
+    let picture = &args.picture;
+    let read = (picture.scene.surfaces.rules()?, picture.view.path()?);
+    Ok(resume::settings(
+        &args.clip,
+        picture,
+        unseen(args),
+        &sha256(demo),
+        &sha256(format!("{read:?}").as_bytes()),
+    ))
+}
+
+/// What a frame notes of itself besides what every picture does.
+pub(crate) struct Noted<'a> {
+    /// The options of its clip.
+    pub args: &'a Args,
+    /// Where files are looked up.
+    pub global: &'a Global,
+    /// Its number.
+    pub frame: u32,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// The demo at its time.
+    pub state: &'a State,
+    /// What the game does to the screen.
+    pub screen: &'a Screen,
+    /// See [`crate::level::Loaded::digest`].
+    pub stage: &'a str,
+    /// See [`made`].
+    pub made: &'a str,
+}
+
+impl Noted<'_> {
+    /// The notes.
+    pub fn notes(&self) -> Vec<(&'static str, Note)> {
+        let clip = &self.args.clip;
+        let time = steps(self.args).time(self.frame);
+        let numbers = |of: &[f32]| {
+            let numbers: Vec<String> = of.iter().map(ToString::to_string).collect();
+            Note::Text(numbers.join(" "))
+        };
+        let command = noted_demo_command(self.args, self.global, self.frame, self.samples);
+        vec![
+            ("demo", Note::Text(self.args.name().to_owned())),
+            ("frame", Note::Int(self.frame.into())),
+            ("fps", Note::Text(clip.fps.to_string())),
+            ("demoTime", Note::Text(time.to_string())),
+            ("shutter", Note::Float(clip.shutter as f32)),
+            (
+                "intermission",
+                Note::Int(self.state.view.intermission.into()),
+            ),
+            (resume::STAGE, Note::Text(self.stage.to_owned())),
+            (resume::MADE, Note::Text(self.made.to_owned())),
+            ("tint", numbers(&self.screen.tint)),
+            ("shown", numbers(&self.screen.shown)),
+            (COMMAND, Note::Text(command)),
+        ]
+    }
+}
+
+/// When the frames of a clip are.
+pub(crate) fn steps(args: &Args) -> Steps {
+    Steps {
+        from: args.clip.from.unwrap_or(Ratio::ZERO),
+        fps: args.clip.fps,
+    }
 }
 
 /// What is shown that the server did not send.
@@ -323,26 +385,6 @@ impl Clip<'_> {
         }
         Ok(shown)
     }
-
-    /// What a frame notes besides what every picture does.
-    fn notes(
-        &self,
-        frame: u32,
-        state: &State,
-        stage: &Stage,
-        made: &str,
-    ) -> Vec<(&'static str, Note)> {
-        vec![
-            ("demo", Note::Text(self.args.name().to_owned())),
-            ("frame", Note::Int(frame.into())),
-            ("fps", Note::Text(self.steps.fps.to_string())),
-            ("demoTime", Note::Text(self.steps.time(frame).to_string())),
-            ("shutter", Note::Float(self.args.clip.shutter as f32)),
-            ("intermission", Note::Int(state.view.intermission.into())),
-            (resume::STAGE, Note::Text(stage.digest.clone())),
-            (resume::MADE, Note::Text(made.to_owned())),
-        ]
-    }
 }
 
 /// The frames under way.
@@ -495,13 +537,17 @@ impl Run<'_> {
         };
         let screen = stage.screen(&state, &shown.camera);
         let mut notes = (clip.picture()).notes(&stage.scene, &settings, self.device, &film);
-        notes.extend(clip.notes(frame, &state, stage, self.made));
-        let numbers = |of: &[f32]| {
-            let numbers: Vec<String> = of.iter().map(ToString::to_string).collect();
-            Note::Text(numbers.join(" "))
+        let noted = Noted {
+            args: clip.args,
+            global: &clip.context.global,
+            frame,
+            samples: film.samples,
+            state: &state,
+            screen: &screen,
+            stage: &stage.digest,
+            made: self.made,
         };
-        notes.push(("tint", numbers(&screen.tint)));
-        notes.push(("shown", numbers(&screen.shown)));
+        notes.extend(noted.notes());
         let mut style = clip.picture().style(notes);
         if !clip.args.clip.no_tint {
             style.screen = screen;

@@ -145,16 +145,23 @@ impl Stage {
         if !matches!(self.eye, Looking::Still(Eye::Player { .. })) {
             return Screen::default();
         }
-        let around = self.level.bsp.point_contents(0, camera.position.to_array());
-        let around = around.unwrap_or(contents::EMPTY);
-        let is_liquid = [contents::WATER, contents::SLIME, contents::LAVA].contains(&around);
-        Screen {
-            tint: state.tint.over(around),
-            shown: if is_liquid {
-                Screen::under_water(state.clock)
-            } else {
-                Screen::default().shown
-            },
-        }
+        screen(&self.level, state, camera)
+    }
+}
+
+/// What the game does to the screen of a player whose eye this camera is.
+pub(crate) fn screen(level: &Level, state: &State, camera: &Camera) -> Screen {
+    let around = level
+        .bsp
+        .point_contents(0, camera.position.to_array())
+        .unwrap_or(contents::EMPTY);
+    let is_liquid = [contents::WATER, contents::SLIME, contents::LAVA].contains(&around);
+    Screen {
+        tint: state.tint.over(around),
+        shown: if is_liquid {
+            Screen::under_water(state.clock)
+        } else {
+            Screen::default().shown
+        },
     }
 }

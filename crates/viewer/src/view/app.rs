@@ -73,6 +73,18 @@ pub struct Output {
     pub next: f32,
 }
 
+/// What a frame of a demo depends on besides the demo and its level.
+#[derive(Clone, Debug, PartialEq)]
+struct Moment {
+    /// Seconds of the demo.
+    time: f64,
+    eye: playback::Eye,
+    /// Whether only doors, lifts and the like are shown.
+    bare: bool,
+    /// Whether it knows where all was a frame before.
+    moves: bool,
+}
+
 /// The viewer without its window.
 pub struct App {
     /// The device.
@@ -117,12 +129,12 @@ pub struct App {
     given_up: Vec<Loading>,
     /// The demo that is shown.
     pub player: Option<Player>,
-    /// Where the demo that is being loaded goes on.
-    seeks: Option<f64>,
+    /// Where the demo that is being loaded goes on, and whether from the player's eye.
+    seeks: Option<(f64, bool)>,
     /// Level and sky of the demo that were loaded last, or could not be.
     asked: Option<(usize, Option<String>)>,
-    /// When and for whom `frame` is.
-    moment: Option<(f64, playback::Eye)>,
+    /// What `frame` is of.
+    moment: Option<Moment>,
     /// What is shown of the demo.
     frame: Option<scene::Frame>,
     watch: Option<Watch>,

@@ -2,12 +2,13 @@
 
 use super::app::App;
 use super::look::{demo_command_line, demo_defaults, layers};
+use super::player::Player;
 use super::stage::SAMPLE_DEMO;
-use crate::cli::{CameraChoice, Demo, Global, LayerList, UnseenName};
+use crate::Outcome;
+use crate::cli::{CameraChoice, Demo, Global, LayerList, PictureArgs, UnseenName};
 use crate::clip::{self, Audience, Ratio};
 use crate::cmd::Context;
 use crate::output::Layer;
-use crate::{Outcome, cli};
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -140,7 +141,32 @@ impl Export {
     }
 }
 
+/// The same, but for what a demo has of its own: a time and a skill.
+pub(super) fn of_demo(picture: &PictureArgs) -> PictureArgs {
+    let usual = demo_defaults().picture.scene;
+    let mut picture = picture.clone();
+    let scene = &mut picture.scene;
+    scene.at = usual.at;
+    scene.entities.skill = usual.entities.skill;
+    scene.entities.deathmatch = usual.entities.deathmatch;
+    picture
+}
+
 impl App {
+    /// The options of `runelight demo` for what the window shows of one: from whose eye, how it is made.
+    pub(super) fn shown_of(&self, player: &Player) -> Demo {
+        let mut demo = demo_defaults();
+        demo.demo = (player.demo != SAMPLE_DEMO).then(|| player.demo.clone());
+        demo.picture = of_demo(&self.args.picture);
+        let view = &mut demo.picture.view;
+        (view.camera, view.camera_path) = (None, None);
+        if !player.follows {
+            view.camera = Some(CameraChoice::Pose(self.eye.pose()));
+            demo.clip.unseen = Some(UnseenName::All);
+        }
+        demo
+    }
+
     /// The options of `runelight demo` for what is marked and set.
     ///
     /// # Errors
@@ -150,8 +176,7 @@ impl App {
             bail!("there is no demo to make a film of");
         };
         let export = &self.export;
-        let mut demo = demo_defaults();
-        demo.demo = (player.demo != SAMPLE_DEMO).then(|| player.demo.clone());
+        let mut demo = self.shown_of(player);
         let output = PathBuf::from(export.output.trim());
         if output.as_os_str().is_empty() {
             bail!("there is no file named to write to");
@@ -170,7 +195,6 @@ impl App {
             (clip.from, clip.to) = (Ratio::of(from), Ratio::of(to));
         }
         (clip.shutter, clip.resume, clip.no_tint) = (export.shutter, export.resume, export.no_tint);
-        demo.picture = self.args.picture.clone();
         let picture = &mut demo.picture;
         picture.spp = export.spp.max(1);
         picture.view.size = export.size.map(|n| n.max(1)).into();
@@ -179,26 +203,14 @@ impl App {
         } else {
             LayerList(vec![Layer::Beauty])
         };
-        // A demo has a time and a skill of its own.
-        let usual = cli::SceneArgs::clone(&demo_defaults().picture.scene);
-        picture.scene.at = usual.at;
-        picture.scene.entities.skill = usual.entities.skill;
-        picture.scene.entities.deathmatch = usual.entities.deathmatch;
-        picture.view.camera_path = None;
-        picture.view.camera = None;
         let flight = &self.flight_path;
         if flight.flies && !player.follows {
             if !flight.is_saved {
                 bail!("the camera path is flown, and no file has it yet: save it first");
             }
-            picture.view.camera_path = Some(self.path_file());
-            (picture.view.fov, picture.view.aperture, picture.view.focus) = (None, None, None);
-        } else if !player.follows {
-            picture.view.camera = Some(CameraChoice::Pose(self.eye.pose()));
-        }
-        if !player.follows {
-            // As the window shows it.
-            demo.clip.unseen = Some(UnseenName::All);
+            let view = &mut picture.view;
+            (view.camera, view.camera_path) = (None, Some(self.path_file()));
+            (view.fov, view.aperture, view.focus) = (None, None, None);
         }
         Ok(demo)
     }

@@ -2,7 +2,8 @@
 //! picture of the window is always one that the command line can make again.
 
 use crate::cli::{
-    CameraChoice, Cli, Command, Demo, EstimatorName, Global, LayerList, PictureArgs, Render,
+    CameraChoice, Cli, Command, Demo, EstimatorName, FrameRange, Global, LayerList, PictureArgs,
+    Render,
 };
 use crate::clip::Ratio;
 use crate::output::Layer;
@@ -179,11 +180,42 @@ pub fn noted_command(args: &Render, global: &Global, settings: &Settings, sample
     line.0
 }
 
-/// Reads what [`noted_command`] wrote, as the command line is read.
+/// What a frame of a demo notes of how it was made, as [`noted_command`]: the command that makes it alone.
+#[must_use]
+pub fn noted_demo_command(args: &Demo, global: &Global, frame: u32, samples: u32) -> String {
+    let (mut clip, mut picture) = (args.clip.clone(), args.picture.clone());
+    (clip.to, clip.resume) = (None, false);
+    clip.frames = Some(FrameRange {
+        first: frame,
+        end: Some(frame + 1),
+    });
+    (picture.time_limit, picture.target_error) = (None, None);
+    picture.spp = samples;
+    let alone = Demo {
+        demo: args.demo.clone(),
+        output: Vec::new(),
+        clip,
+        picture,
+    };
+    let mut line = Line::default();
+    line.demo(&alone, global, None);
+    line.0
+}
+
+/// A command that a picture noted.
+#[derive(Debug)]
+pub enum Noted {
+    /// A level's.
+    Render(Box<Render>),
+    /// A frame of a demo.
+    Demo(Box<Demo>),
+}
+
+/// Reads what [`noted_command`] or [`noted_demo_command`] wrote, as the command line is read.
 ///
 /// # Errors
 /// When it is no such command.
-pub fn read_command(line: &str) -> Result<(Global, Render)> {
+pub fn read_command(line: &str) -> Result<(Global, Noted)> {
     let cli = Cli::try_parse_from(split(line)).map_err(|e| {
         let text = e.to_string();
         anyhow!("{}", text.lines().next().unwrap_or_default().to_owned())
@@ -191,7 +223,11 @@ pub fn read_command(line: &str) -> Result<(Global, Render)> {
     match cli.command {
         Some(Command::Render(render)) => {
             render.picture.check()?;
-            Ok((cli.global, *render))
+            Ok((cli.global, Noted::Render(render)))
+        }
+        Some(Command::Demo(demo)) => {
+            demo.picture.check()?;
+            Ok((cli.global, Noted::Demo(demo)))
         }
         _ => bail!("it is not the command of a picture"),
     }
@@ -221,41 +257,49 @@ fn split(line: &str) -> Vec<String> {
 /// The command that makes a film with these options.
 #[must_use]
 pub fn demo_command_line(args: &Demo, global: &Global) -> String {
-    let usual = demo_defaults().clip;
-    let clip = &args.clip;
     let mut line = Line::default();
-    line.word("runelight");
-    line.word("demo");
-    if let Some(demo) = &args.demo {
-        line.word(demo);
-    }
-    line.files(global);
-    line.option("--device", &global.device);
-    line.changed("--fps", [&clip.fps, &usual.fps], Ratio::to_string);
-    let ratio = |r: &Option<Ratio>| r.map_or(String::new(), Ratio::to_decimal);
-    line.changed("--from", [&clip.from, &usual.from], ratio);
-    line.changed("--to", [&clip.to, &usual.to], ratio);
-    line.changed("--frames", [&clip.frames, &usual.frames], |frames| {
-        frames.map_or(String::new(), |f| {
-            format!(
-                "{}..{}",
-                f.first,
-                f.end.map_or(String::new(), |n| n.to_string())
-            )
-        })
-    });
-    line.changed("--shutter", [&clip.shutter, &usual.shutter], f64::to_string);
-    line.switch("--resume", clip.resume);
-    line.changed("--unseen", [&clip.unseen, &usual.unseen], |unseen| {
-        unseen.as_ref().map_or(String::new(), name)
-    });
-    line.switch("--no-tint", clip.no_tint);
-    line.picture(&args.picture);
+    line.demo(args, global, Some(&global.device));
     (args.output.iter()).for_each(|o| line.option("-o", o.display()));
     line.0
 }
 
 impl Line {
+    /// A film, but for its files.
+    fn demo(&mut self, args: &Demo, global: &Global, device: Option<&str>) {
+        let usual = demo_defaults().clip;
+        let clip = &args.clip;
+        let line = self;
+        line.word("runelight");
+        line.word("demo");
+        if let Some(demo) = &args.demo {
+            line.word(demo);
+        }
+        line.files(global);
+        if let Some(device) = device {
+            line.option("--device", device);
+        }
+        line.changed("--fps", [&clip.fps, &usual.fps], Ratio::to_string);
+        let ratio = |r: &Option<Ratio>| r.map_or(String::new(), Ratio::to_decimal);
+        line.changed("--from", [&clip.from, &usual.from], ratio);
+        line.changed("--to", [&clip.to, &usual.to], ratio);
+        line.changed("--frames", [&clip.frames, &usual.frames], |frames| {
+            frames.map_or(String::new(), |f| {
+                format!(
+                    "{}..{}",
+                    f.first,
+                    f.end.map_or(String::new(), |n| n.to_string())
+                )
+            })
+        });
+        line.changed("--shutter", [&clip.shutter, &usual.shutter], f64::to_string);
+        line.switch("--resume", clip.resume);
+        line.changed("--unseen", [&clip.unseen, &usual.unseen], |unseen| {
+            unseen.as_ref().map_or(String::new(), name)
+        });
+        line.switch("--no-tint", clip.no_tint);
+        line.picture(&args.picture);
+    }
+
     /// Where files are looked up.
     fn files(&mut self, global: &Global) {
         let path = |p: &Path| p.display().to_string();
@@ -527,7 +571,9 @@ mod tests {
         let mut settings = args.picture.settings(camera.clone());
         (settings.width, settings.height) = (31, 17);
         let line = noted_command(&args, &cli.global, &settings, 40);
-        let (global, read) = read_command(&line).unwrap();
+        let (global, Noted::Render(read)) = read_command(&line).unwrap() else {
+            panic!("a picture: {line}");
+        };
         assert_eq!(noted_command(&read, &global, &settings, 40), line);
         assert_eq!((read.picture.spp, read.picture.view.size), (40, (31, 17)));
         assert_eq!((read.picture.depth, read.picture.scene.threshold), (3, 0.3));

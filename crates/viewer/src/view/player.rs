@@ -1,7 +1,16 @@
 //! A demo that is played.
 
+use crate::clip::{Ratio, Steps};
 use scene::timeline::{Event, Options, State, Timeline, Unseen};
 use std::sync::Arc;
+
+const MICROSECOND: f64 = 1e-6;
+
+/// The time of a film's first frame that begins nearest to a time.
+fn sayable(time: f64) -> f64 {
+    let fps = crate::view::look::demo_defaults().clip.fps;
+    Ratio::of(time).map_or(time, |from| Steps { from, fps }.time(0))
+}
 
 /// A demo, and where it is.
 #[derive(Clone, Debug)]
@@ -45,9 +54,17 @@ impl Player {
         player
     }
 
-    /// Goes to a time, or to the nearest that the demo has.
+    /// Goes to a time, or to the nearest that the demo has and a command line can say: whole microseconds.
     pub fn seek(&mut self, time: f64) {
-        self.time = time.clamp(0.0, self.timeline.duration());
+        let end = self.timeline.duration();
+        let time = time.clamp(0.0, end);
+        let said = sayable(time);
+        // A film has no frame at the very end.
+        self.time = if said >= end && end > 2.0 * MICROSECOND {
+            sayable(end - MICROSECOND)
+        } else {
+            said
+        };
     }
 
     /// Marks the part between two times.
@@ -89,7 +106,7 @@ impl Player {
         if self.plays {
             let next = self.time + f64::from(seconds) * self.speed;
             self.seek(next);
-            self.plays = next == self.time;
+            self.plays = (0.0..self.timeline.duration()).contains(&next);
         }
     }
 
@@ -101,15 +118,21 @@ impl Player {
         Some((level, sky.map(str::to_owned)))
     }
 
-    /// Everything at this time. A free eye sees what the player did not.
+    /// What is seen that the server did not send: by a free eye all of it.
+    #[must_use]
+    pub fn unseen(&self) -> Unseen {
+        if self.follows {
+            Unseen::Hidden
+        } else {
+            Unseen::All
+        }
+    }
+
+    /// Everything at this time.
     #[must_use]
     pub fn state(&self) -> Option<State> {
         let options = Options {
-            unseen: if self.follows {
-                Unseen::Hidden
-            } else {
-                Unseen::All
-            },
+            unseen: self.unseen(),
             ..Options::default()
         };
         self.timeline.state_at(self.time, &options)
@@ -148,5 +171,16 @@ mod tests {
         assert_eq!(player.marked, None);
         player.go_to_event(false);
         assert!(player.time < 4.0);
+        // What it has rounded it has rounded; at the end there is still something to see.
+        player.seek(1.0 / 3.0);
+        let third = player.time;
+        assert!((third - 1.0 / 3.0).abs() < 1e-6);
+        player.seek(third);
+        assert_eq!(
+            (player.time, Ratio::of(third).map(Ratio::value)),
+            (third, Some(third))
+        );
+        player.seek(1e9);
+        assert!(player.time < all && player.time > all - 1e-5 && player.state().is_some());
     }
 }

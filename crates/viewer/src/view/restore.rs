@@ -2,12 +2,14 @@
 
 use super::app::App;
 use super::fly::Eye;
-use super::look::read_command;
+use super::look::{Noted, read_command};
 use super::save::COMMAND;
-use crate::cli::CameraChoice;
+use super::stage::SAMPLE_DEMO;
+use crate::cli::{CameraChoice, Demo, Render};
+use crate::clip;
 use crate::clip::resume::notes;
 use crate::output::Format;
-use anyhow::{Context as _, Result, anyhow, bail};
+use anyhow::{Context as _, Result};
 use std::path::Path;
 
 impl App {
@@ -21,17 +23,14 @@ impl App {
 
     fn try_restore(&mut self, path: &Path) -> Result<()> {
         let notes = notes(path, Format::of(path)?)?;
-        if let (Some(demo), Some(time)) = (notes.get("demo"), notes.get("demoTime")) {
-            let camera = notes.get("camera").map(String::as_str).unwrap_or_default();
-            return self.restore_moment(demo, time, camera);
-        }
         let command = notes.get(COMMAND);
-        let (global, made) =
+        let (global, noted) =
             read_command(command.context("the picture does not say how it was made")?)?;
-        let Some(CameraChoice::Pose(pose)) = made.picture.view.camera else {
-            bail!("the picture does not say from where it was made");
-        };
-        let eye = Eye::from_pose(pose).context("its camera is nowhere")?;
+        let numbers = notes.get("camera").map_or("", String::as_str).split(' ');
+        let numbers: Vec<f32> = numbers.filter_map(|n| n.parse().ok()).collect();
+        let pose = <[f32; 6]>::try_from(numbers).ok();
+        let eye = pose.and_then(Eye::from_pose);
+        let eye = eye.context("the picture does not say from where it was made")?;
         // Files are looked for where they were, too; what is found here comes first.
         if self.global.basedir.is_none() {
             self.global.basedir = global.basedir;
@@ -42,37 +41,58 @@ impl App {
                 self.global.pak.insert(0, pak);
             }
         }
-        let shown = self.stage.as_ref().filter(|s| s.showing.is_none());
-        let is_there = shown.is_some_and(|s| s.level == made.level);
-        self.args.picture = made.picture;
-        let view = &mut self.args.picture.view;
-        if is_there {
-            (view.camera, view.camera_path) = (None, None);
-            self.go_to(eye);
-        } else {
-            // The level is loaded to be seen from there.
-            self.open(made.level);
+        match noted {
+            Noted::Render(made) => self.restore_level(*made, eye),
+            Noted::Demo(made) => self.restore_moment(*made, eye),
         }
         Ok(())
     }
 
-    /// A frame of a demo: its moment in that demo, if it is the one that is shown.
-    fn restore_moment(&mut self, demo: &str, time: &str, camera: &str) -> Result<()> {
-        let seconds: f64 = time.parse().map_err(|_| anyhow!("{time} is no time"))?;
-        let name = |demo: &str| {
-            let file = Path::new(demo).file_stem().unwrap_or_default();
-            file.to_string_lossy().into_owned()
+    fn restore_level(&mut self, made: Render, eye: Eye) {
+        let shown = self.stage.as_ref().filter(|s| s.showing.is_none());
+        let is_there = shown.is_some_and(|s| s.level == made.level);
+        self.args.picture = made.picture;
+        self.look_from(is_there, eye);
+        if !is_there {
+            self.open(made.level);
+        }
+    }
+
+    /// A frame of a demo: its moment, from the player's eye or the camera that it had.
+    fn restore_moment(&mut self, made: Demo, eye: Eye) {
+        let frame = made.clip.frames.map_or(0, |frames| frames.first);
+        let time = clip::steps(&made).time(frame);
+        let view = &made.picture.view;
+        let follows = view.camera.is_none() && view.camera_path.is_none();
+        let name = match made.demo {
+            // As the search path has it, and the list of what was opened lately.
+            Some(name) if !Path::new(&name).is_file() && !name.ends_with(".dem") => name + ".dem",
+            Some(name) => name,
+            None => SAMPLE_DEMO.into(),
         };
-        match &mut self.player {
-            Some(player) if name(&player.demo) == name(demo) => player.seek(seconds),
-            _ => bail!("it is a frame of {demo} at {seconds:.3} s; open that first"),
+        let shown = self.player.as_mut().filter(|p| p.demo == name);
+        let is_there = shown.is_some();
+        if let Some(player) = shown {
+            player.seek(time);
+            player.plays = false;
+            player.follows = follows;
         }
-        let numbers: Vec<f32> = camera.split(' ').filter_map(|n| n.parse().ok()).collect();
-        let pose = <[f32; 6]>::try_from(numbers).ok().and_then(Eye::from_pose);
-        if let (Some(eye), Some(player)) = (pose, &mut self.player) {
-            player.follows = false;
+        self.flight_path.flies = false;
+        self.args.picture = made.picture;
+        self.look_from(is_there, eye);
+        if !is_there {
+            self.open_at(name, (time, follows));
+        }
+    }
+
+    /// From a place of the level that is there, or of the one that is loaded next.
+    fn look_from(&mut self, is_there: bool, eye: Eye) {
+        let view = &mut self.args.picture.view;
+        (view.camera, view.camera_path) = (None, None);
+        if is_there {
             self.go_to(eye);
+        } else {
+            view.camera = Some(CameraChoice::Pose(eye.pose()));
         }
-        Ok(())
     }
 }

@@ -1,12 +1,16 @@
 //! Pictures of the window as files, with the command that makes them again.
 
-use super::look::{command_line, noted_command};
-use crate::cli::{CameraChoice, Global, Render};
+use super::look::{command_line, demo_command_line, noted_command};
+use crate::cli::{CameraChoice, Demo, FrameRange, Global, PictureArgs, Render};
+use crate::clip::{self, Ratio};
+use crate::demo;
 use crate::device::Device;
-use crate::output::{Note, Outputs};
-use anyhow::{Result, anyhow};
+use crate::level::Loaded;
+use crate::output::{Note, Outputs, Screen};
+use anyhow::{Context as _, Result, anyhow};
 use scene::Scene;
 use scene::render::{Film, Settings};
+use scene::timeline::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -15,10 +19,30 @@ use std::thread::JoinHandle;
 /// The note of a picture that holds [`noted_command`].
 pub const COMMAND: &str = "command";
 
+/// What a picture is of.
+pub enum Shown {
+    /// A level, and the options that it was made with.
+    Level(Box<Render>),
+    /// A moment of a demo.
+    Demo(Box<Moment>),
+}
+
+/// A moment of a demo.
+pub struct Moment {
+    /// The options of a film that begins with it, but for the time.
+    pub args: Demo,
+    /// Seconds of the demo.
+    pub time: f64,
+    /// All that is there then.
+    pub state: State,
+    /// The level's files.
+    pub loaded: Arc<Loaded>,
+}
+
 /// A picture that is to be written.
 pub struct Picture {
-    /// The options it was made with, and where files are looked up.
-    pub args: Render,
+    /// What it is of.
+    pub shown: Shown,
     /// Where files are looked up.
     pub global: Global,
     /// What the renderer was told.
@@ -29,8 +53,6 @@ pub struct Picture {
     pub film: Film,
     /// What it was rendered on.
     pub device: Device,
-    /// Whether it is a moment of a demo, which `render` knows nothing of.
-    pub is_demo: bool,
     /// The folder to write to.
     pub folder: PathBuf,
 }
@@ -40,7 +62,7 @@ pub struct Picture {
 pub struct Saved {
     /// Where to.
     pub files: Vec<PathBuf>,
-    /// The command that makes the same files; empty for a moment of a demo.
+    /// The command that makes the same files.
     pub command: String,
 }
 
@@ -96,35 +118,65 @@ pub fn save(mut picture: Picture) -> Result<Saved> {
         !taken("exr") && !taken("png")
     };
     let number = (1..1_000_000).find(free).unwrap_or(0);
-    let args = &mut picture.args;
-    args.output = (["exr", "png"].iter())
+    let output: Vec<PathBuf> = (["exr", "png"].iter())
         .map(|ext| picture.folder.join(format!("{name}-{number:03}.{ext}")))
         .collect();
     picture.global.device.clone_from(&picture.device.name);
-    let options = &mut args.picture;
-    options.spp = film.samples;
-    options.view.size = (film.width, film.height);
-    let c = &settings.camera;
-    let [x, y, z] = c.position.to_array();
-    let pose = [x, y, z, c.pitch_deg, c.yaw_deg, c.roll_deg];
-    options.view.camera_path = None;
-    options.view.camera = Some(CameraChoice::Pose(pose));
-    options.adaptive = false;
-    (options.time_limit, options.target_error) = (None, None);
-    let command = if picture.is_demo {
-        String::new()
-    } else {
-        command_line(args, &picture.global)
+    let (global, device) = (&picture.global, &picture.device);
+    let as_made = |options: &mut PictureArgs, has_camera: bool| {
+        let c = &settings.camera;
+        let [x, y, z] = c.position.to_array();
+        let pose = [x, y, z, c.pitch_deg, c.yaw_deg, c.roll_deg];
+        options.spp = film.samples;
+        options.view.size = (film.width, film.height);
+        options.view.camera_path = None;
+        options.view.camera = has_camera.then_some(CameraChoice::Pose(pose));
+        options.adaptive = false;
+        (options.time_limit, options.target_error) = (None, None);
+        options.notes(&picture.scene, settings, device, film)
     };
-    let (args, device) = (&picture.args, &picture.device);
-    let options = &args.picture;
-    let mut notes = options.notes(&picture.scene, settings, device, film);
-    if !picture.is_demo {
-        let made = noted_command(args, &picture.global, settings, film.samples);
-        notes.push((COMMAND, Note::Text(made)));
-    }
-    let style = options.style(notes);
-    let files = Outputs::open(&args.output)?.write(film, &style)?;
+    let (command, style) = match &mut picture.shown {
+        Shown::Level(args) => {
+            args.output.clone_from(&output);
+            let mut notes = as_made(&mut args.picture, true);
+            let made = noted_command(args, global, settings, film.samples);
+            notes.push((COMMAND, Note::Text(made)));
+            (command_line(args, global), args.picture.style(notes))
+        }
+        Shown::Demo(moment) => {
+            let args = &mut moment.args;
+            args.output.clone_from(&output);
+            let is_free = args.picture.view.camera.is_some();
+            let mut notes = as_made(&mut args.picture, is_free);
+            let clip = &mut args.clip;
+            // The light alone, as the window shows it.
+            clip.no_tint = true;
+            clip.from = Some(Ratio::of(moment.time).context("the demo is too long")?);
+            clip.frames = Some(FrameRange {
+                first: 0,
+                end: Some(1),
+            });
+            let screen = if is_free {
+                Screen::default()
+            } else {
+                clip::screen(&moment.loaded.level, &moment.state, &settings.camera)
+            };
+            let demo = demo::read(args.demo.as_deref(), global)?;
+            let noted = clip::Noted {
+                args,
+                global,
+                frame: 0,
+                samples: film.samples,
+                state: &moment.state,
+                screen: &screen,
+                stage: &moment.loaded.digest(),
+                made: &clip::made(args, &demo)?,
+            };
+            notes.extend(noted.notes());
+            (demo_command_line(args, global), args.picture.style(notes))
+        }
+    };
+    let files = Outputs::open(&output)?.write(film, &style)?;
     Ok(Saved { files, command })
 }
 

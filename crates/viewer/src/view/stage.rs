@@ -1,5 +1,6 @@
 //! A level that is shown: loaded, imported and uploaded beside the frame loop.
 
+use super::export::of_demo;
 use super::fly::Eye;
 use crate::cli::{CameraChoice, Global, Render};
 use crate::demo;
@@ -222,6 +223,9 @@ fn prepare(wanted: Wanted, order: &Order, phase: &AtomicU8) -> Result<Prepared> 
     let read = Instant::now();
     phase.store(1, Ordering::Relaxed);
     let mut args = order.args.clone();
+    if film.is_some() {
+        args.picture = of_demo(&args.picture);
+    }
     if let Some(eye) = order.eye {
         args.picture.view.camera = Some(CameraChoice::Pose(eye.pose()));
         args.picture.view.camera_path = None;

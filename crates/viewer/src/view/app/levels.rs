@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::cli::{CameraChoice, Render};
+use crate::view::export::of_demo;
 use crate::view::fly::Eye;
 use crate::view::hot::Hot;
 use crate::view::player::Player;
@@ -19,6 +20,12 @@ impl App {
             Some(demo) if is_demo(&demo) => self.load(Wanted::Demo(demo, None, 0.0), false),
             level => self.load(Wanted::Level(level), false),
         }
+    }
+
+    /// Begins to load a demo, to be shown at a time, from the player's eye or a free one.
+    pub(in crate::view) fn open_at(&mut self, demo: String, (time, follows): (f64, bool)) {
+        self.load(Wanted::Demo(demo, None, time), false);
+        self.seeks = Some((time, follows));
     }
 
     pub(super) fn load(&mut self, wanted: Wanted, keeps_eye: bool) {
@@ -48,7 +55,10 @@ impl App {
             match result {
                 Ok(stage) => self.take(stage, is_new),
                 // What was shown stays.
-                Err(error) => self.notices.error(format!("{name}: {error:#}")),
+                Err(error) => {
+                    self.seeks = None;
+                    self.notices.error(format!("{name}: {error:#}"));
+                }
             }
         }
     }
@@ -67,8 +77,12 @@ impl App {
             .map(|showing| match self.player.take() {
                 Some(player) if Arc::ptr_eq(&player.timeline, &showing.timeline) => player,
                 _ => {
-                    let time = seeks.unwrap_or(0.0);
-                    Player::new(name.unwrap_or_default(), showing.timeline.clone(), time)
+                    let (time, follows) = seeks.unwrap_or((0.0, true));
+                    let timeline = showing.timeline.clone();
+                    Player {
+                        follows,
+                        ..Player::new(name.unwrap_or_default(), timeline, time)
+                    }
                 }
             });
         let same_level = (self.stage.as_ref()).is_some_and(|old| old.level == stage.level);
@@ -130,7 +144,7 @@ impl App {
 
     /// Goes on at a moment of the demo that is being loaded.
     pub(in crate::view) fn go_on_at(&mut self, moment: Option<(f64, bool)>) {
-        self.seeks = moment.map(|(time, _)| time);
+        self.seeks = moment;
     }
 
     /// Traces by the shaders of another folder as soon as one of them is written there, in development builds.
@@ -183,9 +197,9 @@ impl App {
     pub fn reload(&mut self) {
         self.asked = None;
         if let Some(player) = &self.player {
-            let (demo, time) = (player.demo.clone(), player.time);
+            let (demo, time, follows) = (player.demo.clone(), player.time, player.follows);
             self.load(Wanted::Demo(demo, None, time), true);
-            self.seeks = Some(time);
+            self.seeks = Some((time, follows));
             return;
         }
         let level = self.stage.as_ref().map(|s| s.level.clone());
@@ -219,7 +233,10 @@ impl App {
             }
             return;
         }
-        let options = self.args.picture.import_options();
+        let options = match &self.player {
+            Some(_) => of_demo(&self.args.picture).import_options(),
+            None => self.args.picture.import_options(),
+        };
         let sky = || self.player.as_ref()?.place()?.1;
         match options.map(|o| ImportOptions { skybox: sky(), ..o }) {
             Ok(options) if options != stage.options => {

@@ -1,9 +1,10 @@
 //! The picture on its way to files.
 
 use super::App;
-use crate::view::save::{Picture, Writing};
+use crate::view::save::{Moment, Picture, Shown, Writing};
 use anyhow::Result;
 use scene::render::Renderer as _;
+use std::sync::Arc;
 
 impl App {
     /// Takes the picture as it is when its samples are whole, and writes it.
@@ -22,15 +23,25 @@ impl App {
             return Ok(());
         };
         self.is_saving = false;
+        let (settings, film, scene) = (settings.clone(), stage.tracer.film()?, stage.scene.clone());
+        let loaded = Arc::clone(&stage.loaded);
+        let shown = match (&self.player, self.state_of_demo()?) {
+            (Some(player), Some(state)) => Shown::Demo(Box::new(Moment {
+                args: self.shown_of(player),
+                time: player.time,
+                state,
+                loaded,
+            })),
+            _ => Shown::Level(Box::new(self.args.clone())),
+        };
         let picture = Picture {
-            args: self.args.clone(),
+            shown,
             global: self.global.clone(),
-            settings: settings.clone(),
-            scene: stage.scene.clone(),
-            film: stage.tracer.film()?,
+            settings,
+            scene,
+            film,
             device: self.device.clone(),
             folder: self.folder.clone(),
-            is_demo: stage.showing.is_some(),
         };
         self.writing = Some(Writing::start(picture, ctx.clone()));
         Ok(())
@@ -42,23 +53,17 @@ impl App {
             self.writing = None;
             match result {
                 Ok(saved) => {
-                    if !saved.command.is_empty() {
-                        self.ctx.copy_text(saved.command.clone());
-                    }
+                    self.ctx.copy_text(saved.command.clone());
                     let names: Vec<_> = saved
                         .files
                         .iter()
                         .map(|f| f.display().to_string())
                         .collect();
                     let names = names.join(" and ");
-                    self.notices.say(if saved.command.is_empty() {
-                        format!("saved {names}")
-                    } else {
-                        format!(
-                            "saved {names}; the clipboard has the command that makes them again:\n{}",
-                            saved.command
-                        )
-                    });
+                    self.notices.say(format!(
+                        "saved {names}; the clipboard has the command that makes them again:\n{}",
+                        saved.command
+                    ));
                     self.saved = Some(saved);
                 }
                 Err(error) => self

@@ -1,18 +1,22 @@
 //! What the device traces for a frame: the view as it is now, at a size and in slices that fit.
 
-use super::App;
+use super::{App, Moment};
 use crate::cli::{CameraChoice, Render};
+use crate::clip::{Show, frame_seed};
 use crate::job::Stopped;
+use crate::output::Layer;
 use crate::view::convergence::Point;
 use crate::view::fly::Eye;
+use crate::view::look::demo_defaults;
 use crate::view::pace::{Slice, coarse};
 use crate::view::player::Player;
-use crate::view::stage::{Wanted, settings_of};
+use crate::view::stage::{Showing, Stage, Wanted, settings_of};
 use anyhow::Result;
 use rt::Filter;
 use scene::camera::DEFAULT_FOV_DEG;
-use scene::playback;
 use scene::render::{Renderer as _, Settings};
+use scene::timeline::State;
+use scene::{Frame, playback};
 use std::time::Instant;
 
 /// After so many seconds without a change the picture is made at its full size.
@@ -85,6 +89,8 @@ impl App {
             (Some(frame), Ok(still)) => Ok(Settings {
                 camera: frame.camera.clone(),
                 time: frame.time,
+                // As the first frame of a film has it: so that `runelight demo` can make the same.
+                seed: frame_seed(still.seed, 0),
                 ..still
             }),
             (_, still) => still,
@@ -178,12 +184,11 @@ impl App {
         let Some(player) = &self.player else {
             return true;
         };
-        let (Some((time, _)), Some(frame), Some(full)) =
-            (&self.moment, &self.frame, self.settings())
+        let (Some(moment), Some(frame), Some(full)) = (&self.moment, &self.frame, self.settings())
         else {
             return false;
         };
-        *time == player.time && full.time == frame.time && full.camera == frame.camera
+        moment.time == player.time && full.time == frame.time && full.camera == frame.camera
     }
 
     /// Why the picture gets no more samples, once it does not.
@@ -251,7 +256,7 @@ impl App {
         let (Some(player), Some(stage)) = (&self.player, &self.stage) else {
             return Ok(false);
         };
-        let (Some(showing), Some(state)) = (&stage.showing, player.state()) else {
+        let Some(showing) = &stage.showing else {
             return Ok(false);
         };
         let wanted = player.place();
@@ -268,7 +273,8 @@ impl App {
             return Ok(false);
         };
         // In another sky the level is shown until that is there.
-        let showing = (stage.showing.as_ref()).filter(|s| s.index == state.level);
+        let index = player.timeline.level_at(player.time);
+        let showing = (stage.showing.as_ref()).filter(|s| Some(s.index) == index);
         let Some(showing) = showing else {
             return Ok(false);
         };
@@ -281,10 +287,14 @@ impl App {
         } else {
             playback::Eye::Free(view.camera_of(&stage.scene, 0.0)?)
         };
-        let moment = (player.time, eye);
+        let moment = Moment {
+            time: player.time,
+            eye,
+            bare: args.picture.scene.entities.no_entities,
+            moves: args.picture.layers.0.contains(&Layer::Motion),
+        };
         if self.moment.as_ref() != Some(&moment) {
-            let level = &showing.timeline.levels()[state.level];
-            let frame = playback::frame(&state, level, &stage.scene, &showing.cast, &moment.1);
+            let frame = frame_of(&moment, player, stage, showing)?;
             if player.follows {
                 self.eye = Eye::of(&frame.camera);
             }
@@ -292,4 +302,41 @@ impl App {
         }
         Ok(true)
     }
+
+    /// The demo at the time of the picture, as a film has it.
+    pub(super) fn state_of_demo(&self) -> Result<Option<State>> {
+        let showing = self.stage.as_ref().and_then(|s| s.showing.as_ref());
+        match (&self.player, &self.moment, showing) {
+            (Some(player), Some(moment), Some(showing)) => {
+                let show = show_of(player, moment);
+                Ok(Some(show.state(moment.time, showing.index)?))
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+fn show_of<'a>(player: &'a Player, moment: &Moment) -> Show<'a> {
+    Show {
+        timeline: &player.timeline,
+        unseen: player.unseen(),
+        bare: moment.bare,
+    }
+}
+
+/// What `runelight demo` makes of a moment.
+fn frame_of(moment: &Moment, player: &Player, stage: &Stage, showing: &Showing) -> Result<Frame> {
+    let (show, levels) = (show_of(player, moment), player.timeline.levels());
+    let frame = |time| {
+        let state = show.state(time, showing.index)?;
+        let level = &levels[state.level];
+        let (scene, cast) = (&stage.scene, &showing.cast);
+        anyhow::Ok(playback::frame(&state, level, scene, cast, &moment.eye))
+    };
+    let mut shown = frame(moment.time)?;
+    let before = moment.time - 1.0 / demo_defaults().clip.fps.value();
+    if moment.moves && before >= levels[showing.index].span.0 {
+        shown.follow(&frame(before)?);
+    }
+    Ok(shown)
 }
