@@ -46,6 +46,8 @@ mod bsdf;
 mod bvh;
 mod check;
 mod choice;
+#[cfg(test)]
+mod choice_tests;
 pub mod compiler;
 mod emitters;
 mod film;
