@@ -92,7 +92,11 @@ fn world(moves: bool) -> World {
         ..Scene::default()
     };
     let sun = |x: f32, strength: f32| {
-        Sun::new(Vec3::new(x, 0.2, 1.0).normalize(), 0.1, Vec3::splat(strength))
+        Sun::new(
+            Vec3::new(x, 0.2, 1.0).normalize(),
+            0.1,
+            Vec3::splat(strength),
+        )
     };
     scene.sky.suns = vec![sun(0.3, 2.0), sun(-0.6, 0.5)];
     let emitters = Emitters::new(

@@ -115,7 +115,10 @@ impl World<'_> {
                 Loaded::Brush(mesh, growth) => {
                     let turned = Quat::from_rotation_z(who.angles_deg[1].to_radians());
                     let place = Affine3A::from_rotation_translation(turned, origin);
-                    self.place(Instance::new(*mesh, place * *growth, who.classname));
+                    self.place(Instance {
+                        seen_by: self.seen_by(&who),
+                        ..Instance::new(*mesh, place * *growth, who.classname)
+                    });
                 }
                 Loaded::Alias(parts) => {
                     for part in parts {

@@ -18,7 +18,7 @@ use super::{cameras, cells, emitters, fog, lights, poses, seal, sky, suns, trees
 use crate::emitter::{Emitter, Emitters, MovingEmitters};
 use crate::light::PointLight;
 use crate::material::{MaterialId, Surface, WARP_TILE};
-use crate::mesh::{Instance, Mesh};
+use crate::mesh::{Instance, Mesh, SeenBy};
 use crate::sky::{Sun, sky_triangles, weighed_suns};
 use crate::{LampPair, LightCells, Media, Report, Scene};
 use bsp::bsp::LightSamples;
@@ -252,9 +252,14 @@ impl<'a> World<'a> {
                 least_light,
                 ..Look::default()
             };
+            let seen_by = match self.options.lighting {
+                Lighting::Compiler if !lights::casts_shadows(pose.entity) => SeenBy::CAMERA,
+                _ => SeenBy::ALL,
+            };
             // A second entity of the same model is an instance, so that a few bytes of entity text
             // can't make many triangles.
-            if pose.fixed && !self.is_stage && merged.insert(pose.model) {
+            let is_fixed = pose.fixed && !self.is_stage && seen_by == SeenBy::ALL;
+            if is_fixed && merged.insert(pose.model) {
                 let mut part = self.model_mesh(surfaces, bsp, pose.model, look);
                 for p in &mut part.positions {
                     *p = growth.transform_point3(*p);
@@ -264,7 +269,10 @@ impl<'a> World<'a> {
             }
             if let Some(mesh) = self.brush_mesh(surfaces, pose.model, look) {
                 let place = Affine3A::from_translation(pose.offset) * growth;
-                self.place(Instance::new(mesh, place, pose.classname));
+                self.place(Instance {
+                    seen_by,
+                    ..Instance::new(mesh, place, pose.classname)
+                });
             }
         }
         poses

@@ -12,6 +12,9 @@ const STAIR_SPEED: f64 = 80.0;
 const STAIR_MOST: f64 = 12.0;
 /// The eye is moved off the grid, so that it never lies in a plane of a liquid.
 const OFF_GRID: f32 = 1.0 / 32.0;
+/// Least and most that the eye is above the origin of who looks, units.
+const LOWEST: f32 = -22.0;
+const HIGHEST: f32 = 30.0;
 /// Seconds that a kick takes.
 const KICK_SECONDS: f64 = 0.5;
 
@@ -208,7 +211,10 @@ impl Looking<'_> {
             Vec3::from(self.client_before.velocity).lerp(Vec3::from(self.client.velocity), share);
         let bob = bob(self.clock, velocity.truncate().length());
         let lag = self.lag() as f32;
-        let height = Vec3::Z * (self.client.view_height + bob - lag);
+        let above = self.client.view_height + bob;
+        let height = Vec3::Z * (above - lag);
+        // Stairs come after that.
+        let above = above.clamp(LOWEST, HIGHEST);
         let (pitch, roll) = self.kick();
         let mut angles = aim + Vec3::new(pitch, 0.0, roll);
         angles.z += strafe_roll(velocity, aim.y);
@@ -220,7 +226,7 @@ impl Looking<'_> {
             angles: Vec3::new(-angles.x, angles.y, aim.z),
         };
         let view = View {
-            eye: self.body.origin + height + OFF_GRID,
+            eye: self.body.origin + Vec3::Z * (above - lag) + OFF_GRID,
             angles: angles + Vec3::from(self.client.punch),
             ..view
         };

@@ -3,8 +3,8 @@
 use crate::common::{compile, room, scene_of};
 use glam::Vec3;
 use mapc::Brush;
-use scene::Scene;
-use scene::import::{ENTITY_GROWTH, ImportOptions};
+use scene::import::{ENTITY_GROWTH, ImportOptions, Lighting};
+use scene::{Scene, SeenBy};
 
 fn block(mins: [f64; 3], maxs: [f64; 3]) -> Vec<Brush> {
     vec![Brush::cuboid(mins, maxs, ["wall"; 6])]
@@ -180,4 +180,40 @@ fn item_boxes_fall_to_the_floor_and_are_missed_once() {
         (corner - Vec3::new(100.0, 100.0, 0.0)).abs().max_element() < 0.1,
         "{corner}"
     );
+    assert_eq!(item.seen_by, SeenBy::ALL);
+    // Light compilers do not know it.
+    let scene = scene::import::import(&level, &palette, &files, &compiler()).expect("a scene");
+    assert_eq!(scene.instances[1].seen_by, SeenBy::CAMERA);
+}
+
+fn compiler() -> ImportOptions {
+    ImportOptions {
+        lighting: Lighting::Compiler,
+        ..ImportOptions::default()
+    }
+}
+
+#[test]
+fn brush_models_cast_shadows_for_compilers_where_they_say_so() {
+    for (class, key, casts) in [
+        ("func_wall", None, false),
+        ("func_wall", Some("_shadow"), true),
+        ("func_door", None, false),
+        ("func_door", Some("shadow"), true),
+        ("func_door", Some("_shadowworldonly"), true),
+        ("func_door", Some("_shadowself"), false),
+    ] {
+        let mut map = room();
+        let keys: Vec<_> = key.into_iter().map(|k| (k, "1")).collect();
+        map.brush_entity(class, &keys, block([64.0; 3], [96.0; 3]));
+        let alone = |options: &ImportOptions| {
+            let scene = scene_of(&map, options);
+            let all = scene.instances.iter().map(|i| i.seen_by);
+            assert_eq!(scene.features.masks, all.clone().any(|s| s != SeenBy::ALL));
+            all.filter(|s| *s == SeenBy::CAMERA).count()
+        };
+        let what = format!("{class} {key:?}");
+        assert_eq!(alone(&compiler()), usize::from(!casts), "{what}");
+        assert_eq!(alone(&ImportOptions::default()), 0, "{what}");
+    }
 }

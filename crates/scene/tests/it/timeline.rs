@@ -326,6 +326,7 @@ fn the_eye_follows_the_player() {
             weapon_frame: i / 20,
             items: if i == 39 { 1 << 22 } else { 0 },
             punch: [if i == 36 { -4 } else { 0 }, 0, 0],
+            view_height: if i == 34 { 60 } else { 22 },
             ..Client::default()
         });
         match i {
@@ -351,6 +352,8 @@ fn the_eye_follows_the_player() {
     near(view(m(10.0)).eye.z, 62.0 - 12.0 + off);
     near(view(m(11.0)).eye.z, 62.0 - 12.0 + 2.5 + off);
     near(view(m(16.0)).eye.z, 62.0 + off);
+    // No eye is further above its owner, whatever the server says.
+    near(view(m(34.0)).eye.z, 40.0 + 30.0 + off);
     // The view is set, not turned.
     near(view(m(14.5)).angles.y, 90.0);
     near(view(m(14.5)).since as f32, m(14.0) as f32);

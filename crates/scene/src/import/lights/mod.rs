@@ -220,3 +220,10 @@ pub fn least_of_model(level: &Level, entity: &Entity, options: &ImportOptions) -
     let steady = Moment::of(level, options).brightness(0);
     least_color(entity) * (least * world.range * IRRADIANCE_PER_VALUE * steady)
 }
+
+/// Whether a brush model casts shadows for the light compilers. Those that do on themselves alone do not count, and
+/// those that do on the world alone do.
+pub fn casts_shadows(entity: &Entity) -> bool {
+    let is_set = |key| entity.float_loose(key).is_some_and(|v| v != 0.0);
+    is_set("shadow") || is_set("shadowworldonly")
+}
