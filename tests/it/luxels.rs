@@ -124,6 +124,15 @@ fn a_real_level_without_bounces_agrees() {
         all.count > 3000 && all.median <= 1.0 && all.p99 <= 3.0,
         "{all:?}"
     );
+    // Its textures have no texels: for the compiler fences were all hole.
+    let level = load(&levels::data().join("loose/bsp/start_notex.bsp"));
+    let styles = traced(&level, 1, 1.0).by_style();
+    let [_, (2, templates), (11, behind_fences)] = &styles[..] else {
+        panic!("{styles:?}");
+    };
+    for figures in [templates, behind_fences] {
+        assert!(figures.count > 1000 && figures.max <= 1.0, "{figures:?}");
+    }
 }
 
 #[test]

@@ -189,18 +189,17 @@ pub fn texture_name<'a>(bsp: &'a Bsp, face: &Face) -> &'a str {
         .map_or("", |t| t.name.as_str())
 }
 
-/// Whether a fence has a hole at a point.
+/// Whether a fence has a hole at a point. One whose texels are not there is all hole, as for the compilers.
 fn is_hole(bsp: &Bsp, face: usize, point: DVec3) -> bool {
-    let texel = || {
+    let texture = || {
         let face = bsp.faces.get(face)?;
         let texture = bsp.textures.get(bsp.face_texture(face)?)?.as_ref()?;
-        if !texture.name.starts_with('{') {
-            return None;
-        }
         let [s, t] = bsp.face_texinfo(face)?.st(point.as_vec3().to_array());
+        texture.name.starts_with('{').then_some((texture, s, t))
+    };
+    texture().is_some_and(|(texture, s, t)| {
         let at = |c: f64, size: u32| (c.floor() as i64).rem_euclid(i64::from(size.max(1))) as usize;
         let index = at(t, texture.height) * texture.width as usize + at(s, texture.width);
-        texture.pixels.get(index).copied()
-    };
-    texel() == Some(HOLE)
+        texture.pixels.get(index).is_none_or(|&texel| texel == HOLE)
+    })
 }
