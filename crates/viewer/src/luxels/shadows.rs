@@ -3,7 +3,7 @@
 
 use bsp::Bsp;
 use bsp::Level;
-use bsp::bsp::Face;
+use bsp::bsp::{Face, contents};
 use bsp::entity::Entity;
 use glam::{DVec3, Vec3};
 use reference::rays::{Occluder, OccluderHit, Occluders};
@@ -111,6 +111,9 @@ impl<'a> Shadows<'a> {
                 let points: Vec<Vec3> = (bsp.face_points(record).into_iter().flatten())
                     .map(Vec3::from)
                     .collect();
+                if model == 0 && is_illusion(bsp, record, &points) {
+                    continue;
+                }
                 for pair in points.windows(2).skip(1) {
                     let corners = [points[0], pair[0], pair[1]];
                     triangles.push(Occluder { corners, is_asked });
@@ -187,6 +190,19 @@ pub fn texture_name<'a>(bsp: &'a Bsp, face: &Face) -> &'a str {
     (bsp.face_texture(face))
         .and_then(|i| bsp.textures.get(i)?.as_ref())
         .map_or("", |t| t.name.as_str())
+}
+
+/// Whether a face of the world has no solid behind it either: of `func_detail_illusionary`, which casts no shadows.
+fn is_illusion(bsp: &Bsp, face: &Face, points: &[Vec3]) -> bool {
+    let Some(plane) = bsp.face_plane(face) else {
+        return false;
+    };
+    let centre = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
+    [-1.0, 1.0].into_iter().all(|side| {
+        let beside = centre + Vec3::from(plane.normal) * side;
+        bsp.point_contents(0, beside.to_array())
+            .is_some_and(|c| c != contents::SOLID && c != contents::SKY)
+    })
 }
 
 /// Whether a fence has a hole at a point. One whose texels are not there is all hole, as for the compilers.
