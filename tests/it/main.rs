@@ -21,6 +21,7 @@ mod parity;
 mod recompile;
 mod reference;
 mod screen;
+mod tour;
 mod viewer;
 mod window;
 

@@ -1,5 +1,9 @@
 //! The panels by themselves, without a device's picture: what they draw says what it should, explains itself
 //! and fits.
+//!
+//! They are laid out by egui itself, without `egui_kittest`: that turns on egui's `accesskit`, with which `egui-winit` compiles
+//! only if the window is linked with all of AccessKit. What a frame draws is asked here instead, and `golden_window` compares
+//! whole windows by FLIP.
 
 use crate::viewer::opened;
 use egui::epaint::ClippedShape;
@@ -104,11 +108,21 @@ fn words(shape: &ClippedShape) -> Vec<Words> {
 }
 
 /// Settings of the picture's panel.
-const SETTINGS: &str = "Exposure,Tone curve,Field of view,Aperture,Level time,Size,Samples,Target error,\
+pub(crate) const SETTINGS: &str = "Exposure,Tone curve,Field of view,Aperture,Level time,Size,Samples,Target error,\
     Time limit,Samples per frame,Frame budget,Depth,Estimator,Selection,Candidates,Sampler,Clamp,Seed,\
     Threshold,Emission,Lamps,Lighting,Fog,Sky fog";
 
-/// Every setting of the picture has words that explain it, and a button that takes it back.
+/// Those that are no numbers.
+const CHOICES: [&str; 6] = [
+    "Tone curve",
+    "Estimator",
+    "Selection",
+    "Sampler",
+    "Lamps",
+    "Lighting",
+];
+
+/// Every setting of the picture has words that explain it and tell its range, and a button that takes it back.
 fn settings_explain_themselves(app: App) -> App {
     // High enough that nothing has to be scrolled to.
     let mut desk = Desk::new(app, Vec2::new(1280.0, 1800.0), 1.0, Theme::Dark);
@@ -125,7 +139,9 @@ fn settings_explain_themselves(app: App) -> App {
         let seen = desk.point_at(row);
         let is_new = |w: &&Words| all.iter().all(|old| old.text != w.text);
         let explained: Vec<&str> = seen.iter().filter(is_new).map(|w| &*w.text).collect();
-        if explained.is_empty() {
+        let is_number = !CHOICES.contains(&name);
+        let ranges = explained.iter().any(|text| text.contains(" to "));
+        if explained.is_empty() || is_number && !ranges {
             missing.push(name);
         }
     }

@@ -324,7 +324,18 @@ fn one_flies_and_changes_every_setting() {
         session.frames(3).expect("frames");
     }
     session.until(LIMIT, App::is_done).expect("a picture");
-    assert_eq!(session.picture().expect("a frame").0, SIZE);
+    let before = session.picture().expect("a frame");
+    assert_eq!(before.0, SIZE);
+    // Moved to a display with more pixels to a point, and back: panels are twice as large, the picture is not another
+    // one.
+    let samples = session.app.samples();
+    for (scale, same) in [(2.0, false), (1.0, true)] {
+        session.rescale(scale);
+        session.frames(3).expect("frames");
+        assert_eq!(session.app.egui().pixels_per_point(), scale);
+        assert_eq!(session.app.samples(), samples, "nothing is traced anew");
+        assert_eq!(session.picture().expect("a frame") == before, same);
+    }
     assert_silent(&session);
 }
 

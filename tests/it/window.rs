@@ -49,9 +49,9 @@ fn display() -> (Ends, String) {
     (server, format!(":{}", line.trim()))
 }
 
-/// What a test of this name prints when `inside` is through, in a process of its own on a display of its own: the
-/// environment names it, and a process opens windows once.
-fn on_a_display(test: &str, inside: fn()) {
+/// Runs `inside` of a test of this name in a process of its own, on a display of its own that has so many pixels to a
+/// point: the environment names it, and a process opens windows once.
+pub(crate) fn on_a_display(test: &str, inside: fn(), scale: &str) {
     if std::env::var_os(INSIDE).is_some() {
         inside();
         return println!("the window has ended");
@@ -59,9 +59,10 @@ fn on_a_display(test: &str, inside: fn()) {
     let (_server, display) = display();
     let this = std::env::current_exe().expect("this program");
     let output = Command::new(this)
-        .args(["--exact", &format!("window::{test}"), "--nocapture"])
+        .args(["--exact", test, "--nocapture"])
         .env(INSIDE, "1")
         .env("DISPLAY", display)
+        .env("WINIT_X11_SCALE_FACTOR", scale)
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("this program");
@@ -74,7 +75,7 @@ fn on_a_display(test: &str, inside: fn()) {
 }
 
 /// The options of `runelight view` on the sample level.
-fn options() -> (Global, Render) {
+pub(crate) fn options() -> (Global, Render) {
     let device = std::env::var("RUNELIGHT_TEST_DEVICE").unwrap_or_else(|_| "llvmpipe".into());
     let words = "runelight view --spp 1 --depth 2 --device";
     let words = words.split(' ').chain([device.as_str()]);
@@ -89,14 +90,14 @@ fn options() -> (Global, Render) {
 /// layer has nothing to say.
 #[test]
 fn the_window_lives_on_a_display() {
-    on_a_display("the_window_lives_on_a_display", lives);
+    on_a_display("window::the_window_lives_on_a_display", lives, "1");
 }
 
 /// Where the device has no memory for the picture, settings and place are kept, and the same place is shown by a
 /// picture of half the size; if that can't be had either, the window ends and says why.
 #[test]
 fn the_window_goes_on_with_less_memory() {
-    on_a_display("the_window_goes_on_with_less_memory", goes_on);
+    on_a_display("window::the_window_goes_on_with_less_memory", goes_on, "1");
 }
 
 fn goes_on() {

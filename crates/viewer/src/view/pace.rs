@@ -20,8 +20,10 @@ pub struct Pace {
     pub budget_ms: f64,
     /// Samples that a frame takes at most, however fast the device is.
     pub most_samples: u32,
-    /// Milliseconds that a sample of a pixel takes; `None` before the first measure.
-    pixel_ms: Option<f64>,
+    /// What a slice takes.
+    cost: Cost,
+    /// Samples of each pixel, on average, of the slice that was handed out last; `None` once it was measured.
+    share: Option<f64>,
     /// Samples that every pixel has.
     done: u32,
     /// Rows that have one more.
@@ -34,12 +36,60 @@ pub const COARSEST: u32 = 8;
 /// The share of a picture that the very first slice takes, before anything was measured.
 const FIRST_SHARE: u32 = 16;
 
+/// Milliseconds that a slice may take beside the same again for what every slice costs.
+const MOST_BESIDE_MS: f64 = 50.0;
+
+/// Share of what was known that a new measure leaves.
+const REMEMBERED: f64 = 0.8;
+
+/// What a slice takes, in milliseconds for each pixel of the picture: something for every pixel that is asked, also
+/// where it gets nothing, and something for each sample. A line through the last slices.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Cost {
+    /// Weight, and sums of x, y, x x, x y: samples per pixel and milliseconds.
+    sums: [f64; 5],
+    /// For every pixel of a slice.
+    fixed: f64,
+    /// For each sample of a pixel, at least something; 0 before the first measure.
+    each: f64,
+}
+
+impl Cost {
+    fn learn(&mut self, share: f64, ms: f64) {
+        let new = [1.0, share, ms, share * share, share * ms];
+        for (sum, new) in self.sums.iter_mut().zip(new) {
+            *sum = *sum * REMEMBERED + new;
+        }
+        let [n, x, y, xx, xy] = self.sums;
+        let spread = n * xx - x * x;
+        // Slices that are all alike do not tell one from the other.
+        if spread > 1e-3 * n * xx {
+            let slope = (n * xy - x * y) / spread;
+            self.fixed = ((y - slope * x) / n).clamp(0.0, y / n);
+        }
+        self.each = ((y - n * self.fixed) / x).max(0.05 * y / x);
+    }
+
+    /// A sample of all pixels, of each; `None` before the first measure.
+    fn sample(&self) -> Option<f64> {
+        (self.each > 0.0).then_some(self.fixed + self.each)
+    }
+
+    /// How many samples of all pixels fit into a budget; where every slice costs more than half of that, as much
+    /// again as that, so that it is spent on samples, but no more than `most`.
+    fn fits(&self, budget: f64, most: f64) -> Option<f64> {
+        let left = (budget - self.fixed).max(self.fixed.min(most));
+        (self.each > 0.0).then(|| left / self.each)
+    }
+}
+
 impl Default for Pace {
     fn default() -> Self {
         Self {
             budget_ms: 25.0,
             most_samples: 16,
-            pixel_ms: None,
+            cost: Cost::default(),
+            share: None,
             done: 0,
             rows: 0,
         }
@@ -72,13 +122,15 @@ impl Pace {
 
     /// Forgets how long a sample takes: another scene, another way to trace.
     pub fn forget(&mut self) {
-        self.pixel_ms = None;
+        self.cost = Cost::default();
     }
 
-    /// Learns how long one sample of a whole picture of `size` took.
+    /// Learns from the slice that was handed out last how long one sample of a whole picture of `size` takes, at
+    /// its pace.
     pub fn learn(&mut self, size: [u32; 2], sample_ms: f64) {
-        if sample_ms > 0.0 {
-            self.pixel_ms = Some(sample_ms / pixels(size));
+        if let Some(share) = self.share.take().filter(|_| sample_ms > 0.0) {
+            let share = share.min(1.0);
+            self.cost.learn(share, sample_ms * share / pixels(size));
         }
     }
 
@@ -89,7 +141,7 @@ impl Pace {
         if self.done >= goal && self.rows == 0 {
             return None;
         }
-        let fits = self.pixel_ms.map(|ms| self.budget_ms / (ms * pixels(size)));
+        let fits = (self.cost).fits(self.budget_ms / pixels(size), MOST_BESIDE_MS / pixels(size));
         let slice = match fits {
             _ if self.rows > 0 && whole => Slice::Rows(self.rows..height),
             Some(samples) if samples >= 1.0 && self.rows == 0 => {
@@ -107,6 +159,10 @@ impl Pace {
             Slice::Samples(n) => self.done += n,
             Slice::Rows(rows) => self.rows = rows.end,
         }
+        self.share = Some(match &slice {
+            Slice::Samples(n) => f64::from(*n),
+            Slice::Rows(rows) => f64::from(rows.end - rows.start) / f64::from(height),
+        });
         if self.rows == height {
             self.done += 1;
             self.rows = 0;
@@ -118,7 +174,7 @@ impl Pace {
     /// camera moves: 1, 2, 4 or [`COARSEST`], so that a sample of the picture fits the budget.
     #[must_use]
     pub fn coarseness(&self, size: [u32; 2]) -> u32 {
-        let Some(pixel_ms) = self.pixel_ms else {
+        let Some(pixel_ms) = self.cost.sample() else {
             return COARSEST;
         };
         let fits = |n: &u32| pixel_ms * pixels(coarse(size, *n)) <= self.budget_ms;
@@ -149,9 +205,14 @@ mod tests {
         assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Rows(0..2)));
         pace.learn(SIZE, 100.0);
         assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Rows(2..12)));
+        // What was measured once is not measured again.
+        pace.learn(SIZE, 100.0);
+        pace.learn(SIZE, 1e9);
+        pace.forget();
+        pace.next(SIZE, 9, false);
         pace.learn(SIZE, 1.0);
         // The sample that was begun is finished by rows.
-        assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Rows(12..40)));
+        assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Rows(14..40)));
         assert_eq!((pace.samples(), pace.is_even()), (1, true));
         assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Samples(8)));
         assert_eq!(pace.next(SIZE, 9, false), None);
@@ -161,10 +222,50 @@ mod tests {
         assert_eq!(pace.next(SIZE, 3, false), None);
     }
 
+    /// A device that takes 20 ms for whatever slice, and a second for a sample, is not asked for a row at a time.
+    #[test]
+    fn slices_are_worth_what_they_cost() {
+        let mut pace = Pace {
+            budget_ms: 15.0,
+            ..Pace::default()
+        };
+        let size = [1000, 400];
+        let (mut slices, mut longest) = (0, 0.0_f64);
+        while pace.samples() < 1 {
+            let Some(Slice::Rows(rows)) = pace.next(size, 1, false) else {
+                panic!("rows");
+            };
+            let share = f64::from(rows.end - rows.start) / 400.0;
+            let ms = 20.0 + 1000.0 * share;
+            slices += 1;
+            if slices > 3 {
+                longest = longest.max(ms);
+            }
+            pace.learn(size, ms / share);
+        }
+        assert!(
+            slices < 60 && longest < 45.0,
+            "{slices} slices of {longest} ms"
+        );
+        // One that costs nothing beside its samples keeps to its budget.
+        let mut pace = Pace::default();
+        for _ in 0..20 {
+            pace.next(size, 100, false);
+            pace.learn(size, 1000.0);
+        }
+        assert_eq!(pace.cost.fixed, 0.0);
+        let Some(Slice::Rows(rows)) = pace.next(size, 100, false) else {
+            panic!("rows");
+        };
+        assert_eq!(rows.end - rows.start, 10);
+    }
+
     #[test]
     fn whole_samples_are_finished_at_once() {
         let mut pace = Pace::default();
+        pace.next(SIZE, 9, false);
         pace.learn(SIZE, 1000.0);
+        pace.restart();
         assert_eq!(pace.next(SIZE, 9, false), Some(Slice::Rows(0..1)));
         assert!((pace.progress(40) - 1.0 / 40.0).abs() < 1e-9);
         assert_eq!(pace.next(SIZE, 9, true), Some(Slice::Rows(1..40)));
@@ -196,6 +297,8 @@ mod tests {
         let mut pace = Pace::default();
         assert_eq!(pace.coarseness(SIZE), COARSEST);
         for (ms, n) in [(10.0, 1), (26.0, 2), (101.0, 4), (401.0, 8), (1e9, 8)] {
+            pace.forget();
+            pace.next(SIZE, 9, true);
             pace.learn(SIZE, ms);
             assert_eq!(pace.coarseness(SIZE), n, "{ms} ms");
         }

@@ -101,6 +101,22 @@ impl Player {
         }
     }
 
+    /// Plays, or stops. At the end that is played to it begins at the other one.
+    pub fn play_or_stop(&mut self) {
+        self.plays = !self.plays;
+        if self.plays {
+            let before = self.time;
+            self.pass(0.01);
+            let moves = self.plays;
+            self.time = before;
+            if !moves {
+                let end = self.timeline.duration();
+                self.seek(if self.speed < 0.0 { end } else { 0.0 });
+                self.plays = true;
+            }
+        }
+    }
+
     /// Time passes. At either end the demo stops.
     pub fn pass(&mut self, seconds: f32) {
         if self.plays {
@@ -171,6 +187,18 @@ mod tests {
         assert_eq!(player.marked, None);
         player.go_to_event(false);
         assert!(player.time < 4.0);
+        // Stopped at an end it begins anew, whichever way it goes.
+        player.seek(all);
+        player.play_or_stop();
+        assert!(player.plays && player.time == 0.0);
+        player.play_or_stop();
+        player.speed = -1.0;
+        player.play_or_stop();
+        assert!(player.plays && player.time > all - 0.1);
+        player.pass(1.0);
+        assert!(player.plays && player.time < all - 0.9);
+        player.pass(1e6);
+        assert!(!player.plays && player.time == 0.0);
         // What it has rounded it has rounded; at the end there is still something to see.
         player.seek(1.0 / 3.0);
         let third = player.time;

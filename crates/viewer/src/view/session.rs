@@ -110,6 +110,11 @@ impl Session {
         Ok(self.screen.resize(size)?)
     }
 
+    /// Has so many pixels to a point from now on, as on another display.
+    pub fn rescale(&mut self, scale: f32) {
+        self.scale = scale;
+    }
+
     /// Something happens before the next frame.
     pub fn event(&mut self, event: Event) {
         self.events.push(event);

@@ -26,6 +26,8 @@ pub enum PilotWish {
     App(Wish),
     /// Another size, in points.
     Resize([u32; 2]),
+    /// What somebody does with keys and mouse.
+    Input(egui::Event),
     /// The device to be lost, as drivers lose it.
     LoseDevice,
 }
@@ -128,6 +130,8 @@ struct Running {
     last: Instant,
     frames: u64,
     title: String,
+    /// What a pilot does besides what the window says.
+    inputs: Vec<egui::Event>,
 }
 
 impl Handler<'_> {
@@ -181,6 +185,7 @@ impl Handler<'_> {
             last: Instant::now(),
             frames: 0,
             title: String::new(),
+            inputs: Vec::new(),
         })
     }
 
@@ -241,12 +246,14 @@ impl Handler<'_> {
         let Some(running) = &mut self.running else {
             return;
         };
+        let is_flown = self.options.pilot.is_some();
         let asked = match &mut self.options.pilot {
             Some(pilot) => pilot(&mut running.app, running.frames),
             None => Vec::new(),
         };
         match running.frame(asked) {
-            Ok(Some(next)) => events.set_control_flow(if next > 0.0 {
+            // Pilots wait for nobody.
+            Ok(Some(next)) => events.set_control_flow(if next > 0.0 && !is_flown {
                 ControlFlow::WaitUntil(Instant::now() + Duration::from_secs_f32(next))
             } else {
                 ControlFlow::Poll
@@ -276,8 +283,10 @@ impl Running {
     /// One frame; in so many seconds the next is wanted, `None` to end.
     fn frame(&mut self, asked: Vec<PilotWish>) -> Result<Option<f32>> {
         let now = Instant::now();
+        let mut raw = self.egui.take_egui_input(&self.window);
+        raw.events.append(&mut self.inputs);
         let input = Input {
-            raw: self.egui.take_egui_input(&self.window),
+            raw,
             seconds: (now - self.last).as_secs_f32(),
         };
         (self.last, self.frames) = (now, self.frames + 1);
@@ -300,6 +309,7 @@ impl Running {
                 PilotWish::Resize([width, height]) => {
                     _ = (self.window).request_inner_size(LogicalSize::new(width, height));
                 }
+                PilotWish::Input(event) => self.inputs.push(event),
                 PilotWish::LoseDevice => {
                     return Err(rt::Error::DeviceLost { call: "a pilot" }.into());
                 }

@@ -73,7 +73,9 @@ impl App {
                 if step != 0.0 {
                     player.seek(player.time + 5.0 * step);
                 }
-                player.plays ^= pressed(Action::Play);
+                if pressed(Action::Play) {
+                    player.play_or_stop();
+                }
                 for (action, begins) in [(Action::MarkBegin, true), (Action::MarkEnd, false)] {
                     if pressed(action) {
                         player.mark_here(begins);

@@ -29,7 +29,10 @@ fn controls(app: &mut App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         let text = if player.plays { "Stop" } else { "Play" };
         if ui.button(text).clicked() {
-            player.plays = !player.plays;
+            player.play_or_stop();
+        }
+        if (ui.button("Reverse").on_hover_text("plays the other way")).clicked() {
+            player.speed = -player.speed;
         }
         for (text, step, hint) in [
             ("<", -STEP, "a sixtieth of a second back"),

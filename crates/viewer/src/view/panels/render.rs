@@ -97,7 +97,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         .default_open(true)
         .show(ui, |ui| {
             Grid::new("shown").num_columns(3).show(ui, |ui| {
-                let hint = ("Exposure", "stops by which the picture is brightened");
+                let hint = ("Exposure", "stops by which the picture is brightened, -8 to 8");
                 row(
                     ui,
                     hint,
@@ -117,7 +117,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 );
                 let hint = (
                     "Field of view",
-                    "degrees across at 4:3; wider windows show more at the sides",
+                    "degrees across at 4:3, 10 to 170; wider windows show more at the sides",
                 );
                 let mut fov = picture.view.fov.unwrap_or(f64::from(DEFAULT_FOV_DEG));
                 row(
@@ -130,12 +130,12 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 picture.view.fov = Some(fov);
                 let hint = (
                     "Aperture",
-                    "radius of the lens in units: what is not in focus blurs; 0 is a pinhole",
+                    "radius of the lens in units, 0 to 32: what is not in focus blurs; 0 is a pinhole",
                 );
                 let mut aperture = picture.view.aperture.unwrap_or(0.0);
                 row(ui, hint, &mut aperture, &0.0, slider(0.0..=32.0, " u"));
                 if aperture > 0.0 {
-                    let hint = ("Focus", "distance of what is sharp, along the view");
+                    let hint = ("Focus", "distance of what is sharp, along the view, in units, 1 to 1000000");
                     let mut focus = picture.view.focus.unwrap_or(FOCUS);
                     row(ui, hint, &mut focus, &FOCUS, |ui, v| {
                         DragValue::new(v).range(1.0..=1e6).suffix(" u").ui(ui);
@@ -151,7 +151,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 }
                 let hint = (
                     "Level time",
-                    "seconds: animated and scrolling textures, light styles",
+                    "seconds, 0 to 1000000: animated and scrolling textures, light styles",
                 );
                 row(ui, hint, &mut picture.scene.at, &usual.scene.at, |ui, v| {
                     DragValue::new(v)
@@ -162,7 +162,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 });
                 let hint = (
                     "Size",
-                    "of the picture, in percent of the window's: smaller is faster",
+                    "of the picture, in percent of the window's, 10 to 100: smaller is faster",
                 );
                 row(ui, hint, &mut app.panels.percent, &100, |ui, v| {
                     Slider::new(v, 10..=100).suffix(" %").ui(ui);
@@ -171,31 +171,31 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
         });
     egui::CollapsingHeader::new("Quality").default_open(true).show(ui, |ui| {
         Grid::new("quality").num_columns(3).show(ui, |ui| {
-            let hint = ("Samples", "per pixel, at which the picture is done");
+            let hint = ("Samples", "per pixel, at which the picture is done, 1 to 16777216");
             row(ui, hint, &mut picture.spp, &super::super::SAMPLES, |ui, v| {
                 DragValue::new(v).range(1..=1 << 24).speed(8).ui(ui);
             });
-            let hint = ("Target error", "estimated relMSE below which the picture is done");
+            let hint = ("Target error", "estimated relMSE below which the picture is done, 0.000001 to 1");
             row(ui, hint, &mut picture.target_error, &usual.target_error, |ui, v| {
                 optional(ui, v, 0.01, |ui, v| {
                     Slider::new(v, 1e-6..=1.0).logarithmic(true).ui(ui);
                 });
             });
-            let hint = ("Time limit", "seconds of work after which the picture is done");
+            let hint = ("Time limit", "seconds of work after which the picture is done, 0.1 to 10000000");
             row(ui, hint, &mut picture.time_limit, &usual.time_limit, |ui, v| {
                 optional(ui, v, 60.0, |ui, v| {
                     DragValue::new(v).range(0.1..=1e7).suffix(" s").ui(ui);
                 });
             });
-            let hint = ("Samples per frame", "at most; fewer where a frame would take too long");
+            let hint = ("Samples per frame", "at most, 1 to 256; fewer where a frame would take too long");
             row(ui, hint, &mut app.pace.most_samples, &16, |ui, v| {
                 Slider::new(v, 1..=256).logarithmic(true).ui(ui);
             });
-            let hint = ("Frame budget", "milliseconds of tracing in a frame: more is faster, less is livelier");
+            let hint = ("Frame budget", "milliseconds of tracing in a frame, 2 to 250: more is faster, less is livelier");
             row(ui, hint, &mut app.panels.budget_ms, &super::BUDGET_MS, slider(2.0..=250.0, " ms"));
             let hint = (
                 "Depth",
-                "path vertices after the camera: 1 shows what emits, 2 adds direct light; 0 is without limit",
+                "path vertices after the camera, 0 to 1000: 1 shows what emits, 2 adds direct light; 0 is without limit",
             );
             row(ui, hint, &mut picture.depth, &usual.depth, |ui, v| {
                 Slider::new(v, 0..=32).clamping(egui::SliderClamping::Never).ui(ui);
@@ -209,7 +209,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             row(ui, hint, &mut picture.selection, &usual.selection, |ui, v: &mut SelectionName| {
                 choice(ui, "selection", v);
             });
-            let hint = ("Candidates", "light samples of which one is kept and looked at");
+            let hint = ("Candidates", "light samples of which one is kept and looked at, 1 to 32");
             row(ui, hint, &mut picture.candidates, &usual.candidates, |ui, v| {
                 Slider::new(v, 1..=MOST_CANDIDATES).ui(ui);
             });
@@ -217,13 +217,13 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
             row(ui, hint, &mut picture.sampler, &usual.sampler, |ui, v: &mut SamplerName| {
                 choice(ui, "sampler", v);
             });
-            let hint = ("Clamp", "radiance at which samples are cut off: fewer bright dots, some light lost");
+            let hint = ("Clamp", "radiance at which samples are cut off, 0.001 to 1000000: fewer bright dots, some light lost");
             row(ui, hint, &mut picture.clamp, &usual.clamp, |ui, v| {
                 optional(ui, v, 10.0, |ui, v| {
                     DragValue::new(v).range(1e-3..=1e6).speed(0.1).ui(ui);
                 });
             });
-            let hint = ("Seed", "of all random numbers");
+            let hint = ("Seed", "of all random numbers, 0 to 18446744073709551615");
             row(ui, hint, &mut picture.seed, &usual.seed, |ui, v| {
                 DragValue::new(v).ui(ui);
             });
@@ -237,7 +237,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                 let plain = &usual.scene;
                 let hint = (
                     "Threshold",
-                    "relative luminance from which a fullbright texel emits",
+                    "relative luminance from which a fullbright texel emits, 0 to 1",
                 );
                 row(
                     ui,
@@ -246,7 +246,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                     &plain.threshold,
                     slider(0.0..=1.0, ""),
                 );
-                let hint = ("Emission", "radiance of a white emitting texel");
+                let hint = ("Emission", "radiance of a white emitting texel, 0 to 100");
                 row(
                     ui,
                     hint,
@@ -276,7 +276,10 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                         choice(ui, "lighting", v);
                     },
                 );
-                let hint = ("Fog", "density in place of the level's, 0 is none");
+                let hint = (
+                    "Fog",
+                    "density in place of the level's, 0 to 100; 0 is none",
+                );
                 let mut fog = scene.fog.map(|keys| f64::from(keys.density));
                 row(ui, hint, &mut fog, &None, |ui, v| {
                     optional(ui, v, 0.05, |ui, v| {
@@ -294,7 +297,7 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                         ui.color_edit_button_rgb(v);
                     });
                 }
-                let hint = ("Sky fog", "share of the sky that the fog veils");
+                let hint = ("Sky fog", "share of the sky that the fog veils, 0 to 1");
                 row(ui, hint, &mut scene.skyfog, &plain.skyfog, |ui, v| {
                     optional(ui, v, 0.5, slider(0.0..=1.0, ""));
                 });

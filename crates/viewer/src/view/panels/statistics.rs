@@ -130,7 +130,7 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
     }
 }
 
-/// The estimated error over the samples, both by powers of ten, with the target.
+/// The estimated error over the samples or, after a click, over the seconds, by powers of ten, with the target.
 fn curve(app: &App, ui: &mut Ui) {
     let points = app.convergence.points();
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
@@ -139,18 +139,33 @@ fn curve(app: &App, ui: &mut Ui) {
     if points.len() < 2 {
         return;
     }
-    let (rect, response) = ui.allocate_exact_size(vec2(300.0, 96.0), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(300.0, 96.0), Sense::click());
+    let of_time = ui.id().with("error over time");
+    let mut by_time = ui.data(|d| d.get_temp(of_time).unwrap_or(false));
+    if response.clicked() {
+        by_time = !by_time;
+        ui.data_mut(|d| d.insert_temp(of_time, by_time));
+    }
+    let across = |p: &Point| {
+        let x = if by_time {
+            p.seconds
+        } else {
+            f64::from(p.samples)
+        };
+        x.max(SOONEST).log10()
+    };
     let (painter, visuals) = (ui.painter_at(rect), ui.visuals());
     painter.rect_filled(rect, 2.0, visuals.extreme_bg_color);
-    let logs = |f: fn(&Point) -> f64| points.iter().map(move |p| f(p).max(1e-12).log10());
-    let target = app.args.picture.target_error.map(|t| t.max(1e-12).log10());
-    let errors = || logs(|p| p.error).chain(target);
+    let log_of = |error: f64| error.max(1e-12).log10();
+    let target = app.args.picture.target_error.map(log_of);
+    let errors = || points.iter().map(|p| log_of(p.error)).chain(target);
     let low = errors().fold(f64::INFINITY, f64::min).floor();
     let high = errors()
         .fold(f64::NEG_INFINITY, f64::max)
         .ceil()
         .max(low + 1.0);
-    let [from, to] = [first, last].map(|p| f64::from(p.samples).log10());
+    let [from, to] = [first, last].map(across);
+    let to = to.max(from + 1e-3);
     let x = |log: f64| rect.left() + ((log - from) / (to - from)) as f32 * rect.width();
     let y = |log: f64| rect.bottom() - ((log - low) / (high - low)) as f32 * rect.height();
     let faint = Stroke::new(1.0, visuals.weak_text_color().gamma_multiply(0.4));
@@ -164,8 +179,8 @@ fn curve(app: &App, ui: &mut Ui) {
         let stroke = Stroke::new(1.0, visuals.warn_fg_color);
         painter.hline(rect.x_range(), y(target), stroke);
     }
-    let line: Vec<_> = (logs(|p| p.samples.into()).zip(logs(|p| p.error)))
-        .map(|(samples, error)| egui::pos2(x(samples), y(error)))
+    let line: Vec<_> = (points.iter())
+        .map(|p| egui::pos2(x(across(p)), y(log_of(p.error))))
         .collect();
     painter.line(line, Stroke::new(2.0, Color32::from_rgb(110, 190, 110)));
     let font = egui::FontId::proportional(11.0);
@@ -185,23 +200,33 @@ fn curve(app: &App, ui: &mut Ui) {
         (
             rect.right_bottom(),
             egui::Align2::RIGHT_BOTTOM,
-            format!("{} samples", last.samples),
+            if by_time {
+                format!("{:.1} s", last.seconds)
+            } else {
+                format!("{} samples", last.samples)
+            },
         ),
     ] {
         painter.text(at, align, text, font.clone(), color);
     }
     if let Some(at) = response.hover_pos() {
         let share = f64::from((at.x - rect.left()) / rect.width());
-        let samples = 10f64.powf(from + share * (to - from));
-        let near = |p: &&Point| (f64::from(p.samples).ln() - samples.ln()).abs();
+        let there = from + share * (to - from);
+        let near = |p: &&Point| (across(p) - there).abs();
         if let Some(point) = points.iter().min_by(|a, b| near(a).total_cmp(&near(b))) {
             response.on_hover_text_at_pointer(format!(
-                "{:.3e} at {} samples, {:.1} s",
-                point.error, point.samples, point.seconds
+                "{:.3e} at {} samples, {:.1} s; a click shows it over {}",
+                point.error,
+                point.samples,
+                point.seconds,
+                if by_time { "the samples" } else { "time" }
             ));
         }
     }
 }
+
+/// Seconds before which the curve over time does not begin.
+const SOONEST: f64 = 1e-3;
 
 /// Bytes of the program that lie in memory, where the system says so in a file.
 fn resident_bytes() -> Option<u64> {
@@ -237,6 +262,15 @@ fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
             }
         }
     }
+    let font = egui::FontId::proportional(11.0);
+    let height = format!("{most_ms:.0} ms");
+    painter.text(
+        rect.left_top() + vec2(3.0, 1.0),
+        egui::Align2::LEFT_TOP,
+        height,
+        font,
+        Color32::from_gray(235),
+    );
     ui.horizontal(|ui| {
         for (color, name) in PARTS {
             ui.colored_label(color, name);
