@@ -459,6 +459,14 @@ fn info_reads_archives_models_and_sprites_and_says_what_it_does_not_read() {
         out.starts_with("{\"file\":\"start\",\"kind\":\"BSP\",\"format\":\"BSP29\""),
         "{out}"
     );
+    // Its teleporters shine, and are lit by a light entity on their faces: each counts once, and is listed.
+    let level: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+    let pairs = level["lamp_pairs"].as_array().unwrap();
+    let is_teleporter = |pair: &Value| {
+        let texture = pair["texture"].as_str().unwrap();
+        texture.starts_with("*tele") && pair["classname"] == "light"
+    };
+    assert!(pairs.iter().any(is_teleporter), "{pairs:?}");
 }
 
 #[test]
