@@ -567,8 +567,6 @@ impl Run<'_> {
             ],
             prepare: prepared - begin,
             render: rendered - prepared,
-            mean_radiance: film.mean_radiance(),
-            error: Some(film.estimated_relmse()).filter(|e| e.is_finite()),
             counters: film.counters,
             ..Record::default()
         };

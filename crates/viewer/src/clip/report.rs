@@ -3,7 +3,7 @@
 use super::target::Cost;
 use crate::escapes;
 use anyhow::Result;
-use scene::render::Counters;
+use scene::render::{Counters, Film};
 use serde_json::{Value, json};
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -45,6 +45,13 @@ pub struct Record {
 }
 
 impl Record {
+    /// Takes from a frame's film what is said of it. It reads every pixel's neighbours, so that it is
+    /// for the writer's thread.
+    pub fn measure(&mut self, film: &Film) {
+        self.mean_radiance = film.mean_radiance();
+        self.error = Some(film.estimated_relmse()).filter(|e| e.is_finite());
+    }
+
     fn json(&self) -> Value {
         let [entities, lights, particles] = self.counts;
         json!({
@@ -62,6 +69,7 @@ impl Record {
             "seconds": {
                 "prepare": self.prepare.as_secs_f64(),
                 "render": self.render.as_secs_f64(),
+                "measure": self.cost.measure.as_secs_f64(),
                 "compress": self.cost.compress.as_secs_f64(),
                 "write": self.cost.write.as_secs_f64(),
             },
@@ -189,6 +197,7 @@ impl Summary {
                 "prepare": self.prepare.as_secs_f64(),
                 "render": self.render.as_secs_f64(),
                 "wait": self.wait.as_secs_f64(),
+                "measure": self.cost.measure.as_secs_f64(),
                 "compress": self.cost.compress.as_secs_f64(),
                 "write": self.cost.write.as_secs_f64(),
                 "frames": self.total.as_secs_f64(),
@@ -197,6 +206,7 @@ impl Summary {
                 "prepare": self.share(self.prepare),
                 "render": self.share(self.render),
                 "wait": self.share(self.wait),
+                "measure": self.share(self.cost.measure),
                 "compress": self.share(self.cost.compress),
                 "write": self.share(self.cost.write),
             },
@@ -232,11 +242,12 @@ impl Summary {
             "{made} frames made{why}{there}: {median:.3} s each (median), {longest:.3} s at most, \
              {mrays:.2} Mrays/s\n\
              of {seconds:.2} s: rendering {:.1} %, preparing {:.1} %, waiting for files {:.1} %; \
-             beside that compressing {:.1} %, writing {:.1} %\n\
+             beside that measuring {:.1} %, compressing {:.1} %, writing {:.1} %\n\
              before: loading levels {:.2} s, building {:.2} s",
             percent(self.render),
             percent(self.prepare),
             percent(self.wait),
+            percent(self.cost.measure),
             percent(self.cost.compress),
             percent(self.cost.write),
             self.load.as_secs_f64(),

@@ -149,9 +149,11 @@ pub struct OpenTargets {
     streams: Vec<Stream>,
 }
 
-/// What writing a frame took.
+/// What a frame took beside the renderer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
+    /// Mean and error, for what is said of it.
+    pub measure: Duration,
     /// Tone mapping, encoding and compressing.
     pub compress: Duration,
     /// Until the files are safe.

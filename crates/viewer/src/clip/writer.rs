@@ -1,4 +1,4 @@
-//! Frames are encoded and written while the next ones are rendered.
+//! Frames are measured, encoded and written while the next ones are rendered.
 
 use super::report::{Record, Told};
 use super::target::{Cost, OpenTargets};
@@ -86,7 +86,15 @@ fn write(mut targets: OpenTargets, told: &Told, jobs: &Receiver<Message>) -> Res
             style,
             mut record,
         } = *job;
+        let begin = Instant::now();
+        record.measure(&film);
+        let measured = begin.elapsed();
         let (outputs, cost) = targets.write(record.frame, &film, &style)?;
+        let cost = Cost {
+            measure: measured,
+            ..cost
+        };
+        total.measure += cost.measure;
         total.compress += cost.compress;
         total.write += cost.write;
         record.outputs = outputs;
