@@ -21,6 +21,18 @@ const uint SELECTION_POWER = 0u;
 const uint SELECTION_UNIFORM = 1u;
 // Selection: by the list of the cell a point lies in.
 const uint SELECTION_LEAF = 2u;
+// Lights that are weighed by a guess, per candidate of other selections.
+const uint GUESSES_PER_CANDIDATE = 4u;
+// Shine of a light: to the front of a plane.
+const uint SHINE_FRONT = 0u;
+// To both sides of a plane.
+const uint SHINE_BOTH_SIDES = 1u;
+// Everywhere alike.
+const uint SHINE_ALL_ROUND = 2u;
+// In a cone.
+const uint SHINE_CONE = 3u;
+// From far away.
+const uint SHINE_DISTANT = 4u;
 // Selection: by the tree over all lights.
 const uint SELECTION_TREE = 3u;
 // Flag of a tree node's child: a light, not a node.
@@ -151,6 +163,7 @@ layout(buffer_reference) buffer EmissionMapRef;
 layout(buffer_reference) buffer GlossTableRef;
 layout(buffer_reference) buffer AliasRef;
 layout(buffer_reference) buffer TreeNodeRef;
+layout(buffer_reference) buffer LightBoundsRef;
 layout(buffer_reference) buffer CellNodeRef;
 layout(buffer_reference) buffer CellRef;
 layout(buffer_reference) buffer CellEntryRef;
@@ -379,6 +392,26 @@ struct TreeNode {
     uvec2 padding;
 };
 
+// A light as seen from afar.
+struct LightBounds {
+    // Middle, world space.
+    vec3 centre;
+    // Distance from there that no point of it exceeds; sine of a distant light's angular radius.
+    float radius;
+    // Normal, direction of the cone, or direction to a distant light.
+    vec3 axis;
+    // Luminance of the irradiance it gives straight on, at distance 1.
+    float weight;
+    // Cosine of half the inner cone.
+    float cos_inner;
+    // Cosine of half the outer cone.
+    float cos_outer;
+    // SHINE_.
+    uint shine;
+    // Probability with which the alias table chooses it.
+    float probability;
+};
+
 // A split of space by a plane.
 struct CellNode {
     // Unit normal.
@@ -535,6 +568,8 @@ struct SceneData {
     TreeNodeRef tree;
     // The way down to each light, second children as bits from the lowest.
     NumberRef trails;
+    // All lights as seen from afar.
+    LightBoundsRef light_bounds;
     // Suns.
     SunRef suns;
     // Light styles of the point lights.
@@ -752,6 +787,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Ali
 // Nodes of the tree over all lights, the root first.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TreeNodeRef {
     TreeNode at[];
+};
+
+// What all lights look like from afar, in the order of the alias table.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LightBoundsRef {
+    LightBounds at[];
 };
 
 // Splits of space into cells, the root first.

@@ -39,6 +39,6 @@ LightSample sample_compiler_light(Light light, float probability, vec3 from) {
     s.wi = to_light / distance;
     s.t_max = distance;
     s.emission = light.intensity * compiler_falloff(light, max(distance, COMPILER_NEAREST))
-        * spot_factor(light, dot(-s.wi, light.direction));
+        * spot_factor(light.cos_inner, light.cos_outer, dot(-s.wi, light.direction));
     return s;
 }

@@ -70,16 +70,9 @@ float choice_probability(uint cell_index, vec3 from, uint emitter, float power) 
 }
 
 // Share of the power that the light with this number has among the scene's own.
-float power_of(uint chosen) {
-    const uint emitters = params.scene.at[0].emitter_count;
-    if (chosen < emitters) return params.scene.at[0].emitters.at[chosen].probability;
-    if (HAS_SUNS && chosen >= params.scene.at[0].first_sun) {
-        return params.scene.at[0].suns.at[chosen - params.scene.at[0].first_sun].probability;
-    }
-    return params.scene.at[0].lights.at[chosen - emitters].probability;
-}
+float power_of(uint chosen) { return params.scene.at[0].light_bounds.at[chosen].probability; }
 
-// Solid-angle density with which sample_light, at a point in a cell, chooses a point of a surface seen
+// Solid-angle density with which a light sample at a point in a cell has a point of a surface seen
 // from a distance.
 float pdf_light(uint cell, vec3 from, Surface s, float squared_distance, float cos_light) {
     const EmitterPoint point = emitter_at(s);
@@ -128,12 +121,11 @@ LightSample sample_emitter(uint number, uint instance_word, float chosen, uint c
     return s;
 }
 
-// Share of a light in a direction under this cosine to its cone's axis.
-float spot_factor(Light light, float cosine) {
-    if (light.cos_outer < -1.0) return 1.0;
-    const float width = light.cos_inner - light.cos_outer;
-    return width > 0.0 ? clamp((cosine - light.cos_outer) / width, 0.0, 1.0)
-                       : float(cosine >= light.cos_outer);
+// Share of a light in a direction under this cosine to the axis of its cone.
+float spot_factor(float cos_inner, float cos_outer, float cosine) {
+    if (cos_outer < -1.0) return 1.0;
+    const float width = cos_inner - cos_outer;
+    return width > 0.0 ? clamp((cosine - cos_outer) / width, 0.0, 1.0) : float(cosine >= cos_outer);
 }
 
 #include "compiler_light.glsl"
@@ -154,7 +146,7 @@ LightSample sample_sphere_light(Light light, float probability, vec3 from, vec2 
     const float along = dot(to_centre, s.wi);
     const vec3 off = to_centre - along * s.wi;
     s.t_max = along - sqrt(max(0.0, light.radius * light.radius - dot(off, off)));
-    const float cone = spot_factor(light, dot(-axis, light.direction));
+    const float cone = spot_factor(light.cos_inner, light.cos_outer, dot(-axis, light.direction));
     s.emission = light.intensity * (cone / (PI * light.radius * light.radius));
     return s;
 }
@@ -168,7 +160,7 @@ LightSample sample_point_light(uint index, float chosen, uint cell, vec3 from, v
     return sample_sphere_light(light, probability, from, u);
 }
 
-// Solid-angle density with which sample_light, at a point in a cell, chooses a direction to a sun.
+// Solid-angle density with which a light sample at a point in a cell has a direction to a sun.
 float pdf_sun(uint index, uint cell, vec3 from) {
     const Sun sun = params.scene.at[0].suns.at[index];
     const uint emitter = params.scene.at[0].first_sun + index;
@@ -212,15 +204,19 @@ uint choose_emitter(vec2 u) {
     return SELECTION != SELECTION_UNIFORM && u.y >= alias.keep ? alias.other : entry;
 }
 
+// The entry of a cell's list that is kept by y, or the one to take otherwise.
+CellEntry listed(Cell cell, uint entry, float y) {
+    const CellEntry kept = params.scene.at[0].cell_entries.at[cell.begin + entry];
+    return y < kept.keep ? kept : params.scene.at[0].cell_entries.at[cell.begin + kept.other];
+}
+
 // One emitter by a cell's list, or by the table over all.
 uint choose_listed(Cell cell, vec2 u) {
     const float fallback = params.scene.at[0].cell_fallback;
     if (u.x < fallback) return choose_emitter(vec2(u.x / fallback, u.y));
     const float x = (u.x - fallback) / (1.0 - fallback);
     const uint entry = min(uint(x * float(cell.count)), cell.count - 1u);
-    const CellEntry kept = params.scene.at[0].cell_entries.at[cell.begin + entry];
-    if (u.y < kept.keep) return kept.emitter;
-    return params.scene.at[0].cell_entries.at[cell.begin + kept.other].emitter;
+    return listed(cell, entry, u.y).emitter;
 }
 
 // A light that was chosen.
@@ -269,13 +265,18 @@ Entry choose_moving(vec2 u) {
     return Entry(number, light.instance, light.probability * share);
 }
 
+// Whether it is to be one of the lights that move, by x; what is left of x is uniform again.
+bool is_to_move(inout float x) {
+    if (!HAS_FRAMES) return false;
+    const float share = params.scene.at[0].moving_share;
+    const bool moves = x < share;
+    x = moves ? x / share : min((x - share) / (1.0 - share), 0.99999994);
+    return moves;
+}
+
 // One light as seen from a point in a cell; NO_EMITTER if none can light the point.
 Entry choose_entry(uint cell, vec3 from, vec2 u) {
-    if (HAS_FRAMES) {
-        const float share = params.scene.at[0].moving_share;
-        if (u.x < share) return choose_moving(vec2(u.x / share, u.y));
-        u.x = min((u.x - share) / (1.0 - share), 0.99999994);
-    }
+    if (is_to_move(u.x)) return choose_moving(u);
     uint chosen;
     float probability = -1.0;
     bool by_tree = SELECTION == SELECTION_TREE;
@@ -317,10 +318,4 @@ LightSample sample_entry(Entry entry, uint cell, vec3 from, vec2 u) {
     LightSample s = sample_point_light(entry.number - emitters, entry.probability, cell, from, u);
     s.number = entry.number - emitters;
     return s;
-}
-
-// One light as seen from a point in a cell: xy chooses it, zw the point on it.
-LightSample sample_light(uint cell, vec3 from, vec4 u) {
-    const Entry entry = choose_entry(cell, from, u.xy);
-    return entry.number == NO_EMITTER ? NO_SAMPLE : sample_entry(entry, cell, from, u.zw);
 }

@@ -160,14 +160,9 @@ fn room_with_lamps() -> Arc<Scene> {
         [Vec3::new(0.0, -60.0, -60.0), Vec3::splat(60.0)],
         [Vec3::splat(-60.0), Vec3::new(0.0, 60.0, 60.0)],
     ];
-    scene.cells = LightCells::new(
-        vec![split],
-        &bounds,
-        &scene.emitters,
-        &scene.lights,
-        &scene.sky.suns,
-        |cell, seen| seen.extend((0..count).step_by(2 - cell)),
-    );
+    scene.cells = LightCells::new(vec![split], &bounds, &scene.emitters, |cell, seen| {
+        seen.extend((0..count).step_by(2 - cell))
+    });
     Arc::new(scene.completed())
 }
 

@@ -59,6 +59,55 @@ impl<'a> Choice<'a> {
         self.by.sample(rng)
     }
 
+    /// Chooses one of the scene's own emitters by a guess at what each may add, and says what a sample of it
+    /// stands for: one over a probability, which is not that of [`Self::probability`]. `None` if nothing can
+    /// be added, or if there is no list to choose from: see [`Self::has_list`].
+    ///
+    /// `listed` emitters are taken from the list and one from the table over all, whose probabilities are
+    /// `power`. Each has the resampling weight `m guess / p`, which by the balance heuristic of both
+    /// tables is `guess / (listed p_list + p_all)`; one is kept in proportion to it ("Generalized Resampled
+    /// Importance Sampling", Lin et al. 2022). The numbers that they are chosen by are evenly
+    /// spread: the estimate of each alone is unbiased, and it does not matter how they hang together.
+    pub fn sample_by_guess(
+        &self,
+        listed: u32,
+        power: impl Fn(usize) -> f64,
+        guess: impl Fn(usize) -> f64,
+        rng: &mut Rng,
+    ) -> Option<(usize, f64)> {
+        let By::List { list, all } = self.by else {
+            return None;
+        };
+        let u = rng.next();
+        let of = |e: &CellEntry| (e.keep, e.other);
+        let from_list = (0..listed).map(|i| {
+            let x = (f64::from(i) + u) / f64::from(listed);
+            let entry = list[sample_table(list.len(), |i| of(&list[i]), x)];
+            (entry.emitter, f64::from(entry.probability))
+        });
+        let any = sample_alias(all, u) as u32;
+        let (mut kept, mut sum) = (None, 0.0);
+        for (emitter, probability) in from_list.chain([(any, self.by.listed(any))]) {
+            let emitter = emitter as usize;
+            let guessed = guess(emitter);
+            if guessed <= 0.0 {
+                continue;
+            }
+            let weight = guessed / (f64::from(listed) * probability + power(emitter));
+            sum += weight;
+            if rng.next() * sum < weight {
+                kept = Some((emitter, guessed));
+            }
+        }
+        let (emitter, guessed) = kept?;
+        Some((emitter, sum / (guessed * self.share)))
+    }
+
+    /// Whether the choice is by a list.
+    pub fn has_list(&self) -> bool {
+        matches!(self.by, By::List { .. })
+    }
+
     /// Probability with which an emitter is chosen; `power` is its share of the power.
     pub fn probability(&self, emitter: u32, power: f64) -> f64 {
         self.share * self.by.probability(emitter, power)
@@ -104,13 +153,20 @@ impl<'a> By<'a> {
             Self::Power(_) => power,
             Self::Uniform(count) => 1.0 / *count as f64,
             Self::Tree { tree, from } => tree_probability(tree, *from, emitter),
-            Self::List { list, .. } => {
-                let found = list.binary_search_by_key(&emitter, |e| e.emitter);
-                let listed = found.map_or(0.0, |i| f64::from(list[i].probability));
+            Self::List { .. } => {
                 let fallback = f64::from(FALLBACK);
-                (1.0 - fallback) * listed + fallback * power
+                (1.0 - fallback) * self.listed(emitter) + fallback * power
             }
         }
+    }
+
+    /// Probability with which the list chooses an emitter.
+    fn listed(&self, emitter: u32) -> f64 {
+        let Self::List { list, .. } = self else {
+            return 0.0;
+        };
+        let found = list.binary_search_by_key(&emitter, |e| e.emitter);
+        found.map_or(0.0, |i| f64::from(list[i].probability))
     }
 }
 

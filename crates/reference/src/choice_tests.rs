@@ -1,7 +1,7 @@
 //! Lights are chosen as often as is said, whatever the choice is made by.
 
 use crate::choice::Choice;
-use crate::lights::{Light, Reservoir};
+use crate::lights::{Light, Reservoir, guess};
 use crate::rng::Rng;
 use crate::world::World;
 use glam::{Affine3A, DVec3, Vec3};
@@ -120,8 +120,6 @@ fn world(moves: bool) -> World {
             [Vec3::splat(-side), Vec3::new(0.0, side, side)],
         ],
         &scene.emitters,
-        &scene.lights,
-        &scene.sky.suns,
         |cell, seen| seen.extend((0..count).step_by(2 - cell)),
     );
     let scene = scene.completed();
@@ -233,6 +231,98 @@ fn lights_are_chosen_as_often_as_is_said() {
             check(&what, &pairs);
         }
     }
+}
+
+#[test]
+fn what_is_chosen_by_a_guess_stands_for_all() {
+    let samples = 100_000;
+    for (moves, listed) in [(false, 15), (true, 15), (false, 3)] {
+        let world = world(moves);
+        let lights = all(&world);
+        let own = world.scene.emitters.bounds.len();
+        let places = [
+            ([150.0, 0.0, 30.0], DVec3::Z),
+            // Without the suns, which outshine the rest.
+            ([150.0, 0.0, 130.0], DVec3::NEG_Z),
+            ([-90.0, -160.0, 99.0], DVec3::NEG_Z),
+        ];
+        let mut often = 0;
+        for (point, normal) in places {
+            let point = DVec3::from(point);
+            let share = world.moving.share;
+            let choice = Choice::at(&world.scene, Selection::Leaf, point, normal, share);
+            let mut rng = Rng::new(Sampler::Independent, 5, 6, listed);
+            let mut sums: HashMap<String, [f64; 3]> = HashMap::new();
+            for _ in 0..samples {
+                let at = (point, normal);
+                let chosen = Light::choose_by_guess(&world, &choice, at, listed, &mut rng);
+                if let Some((light, weight)) = chosen {
+                    let [count, sum, squares] = sums.entry(format!("{light:?}")).or_default();
+                    *count += 1.0;
+                    *sum += weight;
+                    *squares += weight * weight;
+                }
+            }
+            // Each light that may add something is there once in the mean, weighted. Those that add next to
+            // nothing hardly ever come.
+            let n = f64::from(samples);
+            let mut never = 0;
+            for (number, light) in lights.iter().enumerate() {
+                let may_add = match world.scene.emitters.bounds.get(number) {
+                    Some(bounds) if number < own => guess(bounds, point, normal) > 0.0,
+                    _ => true,
+                };
+                let [count, sum, squares] = sums.remove(&format!("{light:?}")).unwrap_or_default();
+                if !may_add {
+                    assert_eq!(sum, 0.0, "{light:?}");
+                    never += 1;
+                    continue;
+                }
+                if count < 50.0 {
+                    continue;
+                }
+                often += 1;
+                let (mean, error) = (sum / n, (squares / n - (sum / n).powi(2)).sqrt() / n.sqrt());
+                assert!(
+                    (mean - 1.0).abs() < 4.0 * error && error < 0.2,
+                    "{light:?} at {point}, moving {moves}: {mean} +- {error}"
+                );
+            }
+            assert!(sums.is_empty() && never > 2, "{sums:?}, {never}");
+        }
+        assert!(often > 8, "{often}");
+    }
+}
+
+#[test]
+fn a_guess_is_above_0_wherever_a_light_adds_something() {
+    let world = world(false);
+    let emitters = &world.scene.emitters;
+    let mut rng = Rng::new(Sampler::Independent, 7, 8, 9);
+    let (mut lit, mut dark) = (0, 0);
+    for _ in 0..2000 {
+        let mut random = || DVec3::from_array([(); 3].map(|()| 2.0 * rng.next() - 1.0));
+        let (point, normal) = (300.0 * random(), random().normalize());
+        for (emitter, bounds) in emitters.list.iter().zip(&emitters.bounds) {
+            let front = emitter
+                .normal
+                .as_dvec3()
+                .dot(point - emitter.corners[0].as_dvec3());
+            // Corners are the points that stick out most.
+            let seen = |p: &Vec3| normal.dot(p.as_dvec3() - point) > 1e-3;
+            let adds = front > 1e-3 && emitter.corners.iter().any(seen);
+            let guessed = guess(bounds, point, normal);
+            assert!(
+                guessed.is_finite() && (guessed > 0.0 || !adds),
+                "{emitter:?} at {point}"
+            );
+            // No light is taken for more than a lamp of its strength in the worst place.
+            let nearest = f64::from(bounds.radius).powi(2);
+            assert!(guessed <= f64::from(bounds.weight) / nearest * 1.000_001);
+            *(if adds { &mut lit } else { &mut dark }) += 1;
+        }
+    }
+    assert!(lit > 1000 && dark > 1000);
 }
 
 #[test]

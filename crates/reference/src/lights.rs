@@ -15,9 +15,9 @@ use crate::triangle::Ray;
 use crate::world::World;
 use glam::DVec3;
 use scene::PointLight;
-use scene::emitter::MovingLight;
-use scene::light::CompilerLight;
-use scene::render::{Estimator, MOST_CANDIDATES, Settings};
+use scene::emitter::{LightBounds, MovingLight, Shine};
+use scene::light::{CompilerLight, Spot};
+use scene::render::{Estimator, GUESSES_PER_CANDIDATE, MOST_CANDIDATES, Settings};
 
 /// A light sample at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -175,25 +175,58 @@ pub(crate) enum Light {
 impl Light {
     /// Chooses one; `None` if none can light the point of the choice.
     pub fn choose(world: &World, choice: &Choice<'_>, rng: &mut Rng) -> Option<Self> {
-        let moving = &world.moving;
-        if moving.share > 0.0 && rng.next() < f64::from(moving.share) {
-            let entry = sample_alias(&moving.alias, rng.next());
-            return Some(match moving.lights[entry] {
-                MovingLight::Point(number) => Self::Moving {
-                    entry,
-                    number: number as usize,
-                },
-                MovingLight::Instance { number: part, list } => {
-                    let list = &world.scene.moving.lists[list as usize];
-                    let number = sample_alias(&list.alias, rng.next()) as u32;
-                    Self::Emitter { part, number }
-                }
-            });
+        match Self::choose_moving(world, rng) {
+            None => Some(Self::own(world, choice.sample(rng)?)),
+            moving => moving,
         }
-        let entry = choice.sample(rng)?;
+    }
+
+    /// Chooses one out of a list by what each may add at a point of a surface with this normal, and says what a sample of it
+    /// stands for: one over a probability.
+    pub fn choose_by_guess(
+        world: &World,
+        choice: &Choice<'_>,
+        (point, normal): (DVec3, DVec3),
+        listed: u32,
+        rng: &mut Rng,
+    ) -> Option<(Self, f64)> {
+        if let Some(moving) = Self::choose_moving(world, rng) {
+            return Some((moving, 1.0 / moving.probability(world, choice)));
+        }
+        let guess = |entry: usize| {
+            let bounds = &world.scene.emitters.bounds[entry];
+            guess(bounds, point, normal)
+        };
+        let power = |entry| power_of(world, entry);
+        let (entry, weight) = choice.sample_by_guess(listed, power, guess, rng)?;
+        Some((Self::own(world, entry), weight))
+    }
+
+    /// One that moves, if chance says that it is to be one.
+    fn choose_moving(world: &World, rng: &mut Rng) -> Option<Self> {
+        let moving = &world.moving;
+        if !(moving.share > 0.0 && rng.next() < f64::from(moving.share)) {
+            return None;
+        }
+        let entry = sample_alias(&moving.alias, rng.next());
+        Some(match moving.lights[entry] {
+            MovingLight::Point(number) => Self::Moving {
+                entry,
+                number: number as usize,
+            },
+            MovingLight::Instance { number: part, list } => {
+                let list = &world.scene.moving.lists[list as usize];
+                let number = sample_alias(&list.alias, rng.next()) as u32;
+                Self::Emitter { part, number }
+            }
+        })
+    }
+
+    /// The scene's own light with this number in the table over all.
+    fn own(world: &World, entry: usize) -> Self {
         let listed = world.scene.emitters.list.len();
         let lights = world.scene.lights.len();
-        Some(if entry < listed {
+        if entry < listed {
             Self::Emitter {
                 part: 0,
                 number: entry as u32,
@@ -202,27 +235,20 @@ impl Light {
             Self::Entity(entry - listed)
         } else {
             Self::Sun(entry - listed - lights)
-        })
+        }
     }
 
     /// Probability with which [`Self::choose`] comes to it.
     pub fn probability(self, world: &World, choice: &Choice<'_>) -> f64 {
         let scene = &world.scene;
-        let own = |entry: usize, weight: f32| {
-            let power = f64::from(weight) / f64::from(scene.emitters.total_weight);
-            choice.probability(entry as u32, power)
-        };
+        let own = |entry: usize| choice.probability(entry as u32, power_of(world, entry));
         let listed = scene.emitters.list.len();
         match self {
             Self::Emitter { part, number } => world
                 .emitter_probability(choice, part, number)
                 .unwrap_or(0.0),
-            // A style that is dark now does not change the choice.
-            Self::Entity(index) => own(listed + index, scene.lights[index].weight()),
-            Self::Sun(index) => {
-                let entry = listed + scene.lights.len() + index;
-                own(entry, scene.sky.suns[index].weight)
-            }
+            Self::Entity(index) => own(listed + index),
+            Self::Sun(index) => own(listed + scene.lights.len() + index),
             Self::Moving { entry, .. } => {
                 let moving = &world.moving;
                 f64::from(moving.share) * f64::from(moving.probabilities[entry])
@@ -275,8 +301,8 @@ impl Light {
     }
 }
 
-/// Samples one light as seen from a place of absorption `absorption`, out of several candidates by the
-/// choice there. The weights against hitting the light are those of a single candidate.
+/// Samples one light as seen from a place of absorption `absorption` on a surface, out of several candidates by
+/// the choice there. The weights against hitting the light are those of a single candidate by the table.
 pub(crate) fn sample_light(
     world: &World,
     settings: &Settings,
@@ -289,16 +315,32 @@ pub(crate) fn sample_light(
     if !world.has_lights() {
         return LightSample::default();
     }
-    let mut reservoir = Reservoir::new(settings.candidates);
+    let guesses = match place.scattering {
+        Scattering::Surface(normal, _) if choice.has_list() && settings.candidates > 1 => {
+            Some(normal)
+        }
+        _ => None,
+    };
+    let mut reservoir = Reservoir::new(guesses.map_or(settings.candidates, |_| 1));
     for _ in 0..reservoir.count {
-        let Some(light) = Light::choose(world, choice, rng) else {
+        let chosen = match guesses {
+            Some(normal) => {
+                let listed = GUESSES_PER_CANDIDATE * settings.candidates - 1;
+                Light::choose_by_guess(world, choice, (place.position, normal), listed, rng)
+            }
+            None => Light::choose(world, choice, rng)
+                .map(|light| (light, 1.0 / light.probability(world, choice))),
+        };
+        let Some((light, weight)) = chosen else {
             continue;
         };
         let u = rng.next2();
         let probability = light.probability(world, choice);
         let sample = light.sample(world, settings.estimator, place, probability, u);
         if let Some(candidate) = sample {
-            let radiance = candidate.radiance * place.scattering.eval(candidate.direction);
+            // Both ways to find the light are weighted by the probability; it stands for something else.
+            let stands_for = candidate.radiance * (probability * weight);
+            let radiance = stands_for * place.scattering.eval(candidate.direction);
             reservoir.offer(candidate, radiance, rng);
         }
     }
@@ -329,6 +371,45 @@ pub(crate) fn arriving(
             world.transmittance_of_sky(absorption, &ray, sight, stack)
         }
     }
+}
+
+/// Share of the power that one of the scene's own lights has among these. A style that is dark now does not
+/// change it.
+fn power_of(world: &World, entry: usize) -> f64 {
+    let emitters = &world.scene.emitters;
+    f64::from(emitters.bounds[entry].power) / f64::from(emitters.total_weight)
+}
+
+/// What a light may add at a point of a surface with this normal, by the formula of [`LightBounds`].
+pub(crate) fn guess(light: &LightBounds, point: DVec3, normal: DVec3) -> f64 {
+    let (weight, radius) = (f64::from(light.weight), f64::from(light.radius));
+    let axis = light.axis.as_dvec3();
+    if light.shine == Shine::Distant {
+        return weight * (normal.dot(axis) + radius).clamp(0.0, 1.0);
+    }
+    let to_centre = light.centre.as_dvec3() - point;
+    let distance = to_centre.length().max(radius);
+    let cosine = |height: f64, slack: f64| ((height + slack) / distance).min(1.0);
+    let here = cosine(normal.dot(to_centre), radius).max(0.0);
+    let height = -axis.dot(to_centre);
+    let there = match light.shine {
+        Shine::Front if height <= 0.0 => 0.0,
+        Shine::Front | Shine::BothSides => cosine(height.abs(), 0.25 * radius),
+        Shine::Cone {
+            cos_inner,
+            cos_outer,
+        } => {
+            let direction = light.axis;
+            let spot = Spot {
+                direction,
+                cos_inner,
+                cos_outer,
+            };
+            spot_factor(&spot, height / to_centre.length())
+        }
+        Shine::AllRound | Shine::Distant => 1.0,
+    };
+    weight * here * there / (distance * distance)
 }
 
 /// Luminance of linear RGB.

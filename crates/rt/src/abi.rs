@@ -122,6 +122,18 @@ abi! {
         SELECTION_UNIFORM: uint = 1;
         /// Selection: by the list of the cell a point lies in.
         SELECTION_LEAF: uint = 2;
+        /// Lights that are weighed by a guess, per candidate of other selections.
+        GUESSES_PER_CANDIDATE: uint = 4;
+        /// Shine of a light: to the front of a plane.
+        SHINE_FRONT: uint = 0;
+        /// To both sides of a plane.
+        SHINE_BOTH_SIDES: uint = 1;
+        /// Everywhere alike.
+        SHINE_ALL_ROUND: uint = 2;
+        /// In a cone.
+        SHINE_CONE: uint = 3;
+        /// From far away.
+        SHINE_DISTANT: uint = 4;
         /// Selection: by the tree over all lights.
         SELECTION_TREE: uint = 3;
         /// Flag of a tree node's child: a light, not a node.
@@ -268,6 +280,8 @@ abi! {
         AliasRef => readonly AliasEntry, align "8";
         /// Nodes of the tree over all lights, the root first.
         TreeNodeRef => readonly TreeNode, align "16";
+        /// What all lights look like from afar, in the order of the alias table.
+        LightBoundsRef => readonly LightBounds, align "16";
         /// Splits of space into cells, the root first.
         CellNodeRef => readonly CellNode, align "16";
         /// Cells.
@@ -502,6 +516,25 @@ abi! {
             /// Unused, keeps the size a multiple of 16 bytes.
             padding: uvec2,
         }
+        /// A light as seen from afar.
+        LightBounds {
+            /// Middle, world space.
+            centre: vec3,
+            /// Distance from there that no point of it exceeds; sine of a distant light's angular radius.
+            radius: float,
+            /// Normal, direction of the cone, or direction to a distant light.
+            axis: vec3,
+            /// Luminance of the irradiance it gives straight on, at distance 1.
+            weight: float,
+            /// Cosine of half the inner cone.
+            cos_inner: float,
+            /// Cosine of half the outer cone.
+            cos_outer: float,
+            /// SHINE_.
+            shine: uint,
+            /// Probability with which the alias table chooses it.
+            probability: float,
+        }
         /// A split of space by a plane.
         CellNode {
             /// Unit normal.
@@ -650,6 +683,8 @@ abi! {
             tree: TreeNodeRef,
             /// The way down to each light, second children as bits from the lowest.
             trails: NumberRef,
+            /// All lights as seen from afar.
+            light_bounds: LightBoundsRef,
             /// Suns.
             suns: SunRef,
             /// Light styles of the point lights.
@@ -815,6 +850,7 @@ mod tests {
         assert_eq!(size_of::<Sun>(), 32);
         assert_eq!(size_of::<CellNode>(), 32);
         assert_eq!(size_of::<TreeNode>(), 48);
+        assert_eq!(size_of::<LightBounds>(), 48);
         assert_eq!(size_of::<CellEntry>(), 16);
         assert_eq!(size_of::<LoggedRay>(), 32);
         assert_eq!(size_of::<Escape>(), 32);

@@ -5,10 +5,7 @@
 //! probability [`FALLBACK`] the table over all emitters chooses instead, so a light that is missing in
 //! a list costs noise and never light.
 
-use crate::emitter::{Emitters, alias_table};
-use crate::light::PointLight;
-use crate::material::luminance;
-use crate::sky::Sun;
+use crate::emitter::{Emitters, LightBounds, Shine, alias_table};
 use glam::Vec3;
 
 /// Probability with which the table over all emitters chooses, whatever the cell's list says.
@@ -81,18 +78,6 @@ pub struct LightCells {
     pub entries: Vec<CellEntry>,
 }
 
-/// What the weight of a light in a cell is made of.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    min: Vec3,
-    max: Vec3,
-    power: f32,
-    /// A point and the normal of a surface that shines to its front alone.
-    front: Option<(Vec3, Vec3)>,
-    /// Equally strong everywhere: `power` is what it is at unit distance.
-    is_distant: bool,
-}
-
 impl LightCells {
     /// Makes the lists of a partition: `bounds` are the corners of each cell's box and
     /// `candidates` gives the numbers of the emitters that may be seen from a cell, rising.
@@ -101,41 +86,8 @@ impl LightCells {
         nodes: Vec<CellNode>,
         bounds: &[[Vec3; 2]],
         emitters: &Emitters,
-        lights: &[PointLight],
-        suns: &[Sun],
         mut candidates: impl FnMut(usize, &mut Vec<u32>),
     ) -> Self {
-        let extents: Vec<Extent> = (emitters.list.iter())
-            .map(|e| {
-                let [min, max] = e.bounds();
-                Extent {
-                    min,
-                    max,
-                    power: e.weight,
-                    front: (!e.two_sided).then_some((e.corners[0], e.normal)),
-                    is_distant: false,
-                }
-            })
-            .chain(lights.iter().map(|l| Extent {
-                min: l.position - l.radius,
-                max: l.position + l.radius,
-                power: if l.is_everywhere() {
-                    luminance(l.intensity.abs().to_array())
-                } else {
-                    l.weight()
-                },
-                front: None,
-                is_distant: l.is_everywhere(),
-            }))
-            .chain(suns.iter().map(|s| Extent {
-                min: Vec3::ZERO,
-                max: Vec3::ZERO,
-                // A surface of power (divided by pi) w gives at most w over squared distance.
-                power: luminance(s.irradiance().to_array()),
-                front: None,
-                is_distant: true,
-            }))
-            .collect();
         let most = (MOST_ENTRIES / bounds.len().max(1)).min(MOST_PER_CELL);
         let (mut cells, mut entries) = (Vec::with_capacity(bounds.len()), Vec::new());
         let (mut seen, mut weighed) = (Vec::new(), Vec::new());
@@ -144,7 +96,7 @@ impl LightCells {
             candidates(cell, &mut seen);
             weighed.clear();
             weighed.extend(seen.iter().filter_map(|&emitter| {
-                let weight = weight(&extents[emitter as usize], bounds);
+                let weight = weight(&emitters.bounds[emitter as usize], bounds);
                 (weight > 0.0 && weight.is_finite()).then_some((emitter, weight))
             }));
             let all: f32 = weighed.iter().map(|&(_, w)| w).sum();
@@ -176,22 +128,35 @@ impl LightCells {
     }
 }
 
-/// Share of a light in a cell's list, not normalised: power over squared distance, none for
-/// surfaces that show the whole cell their back.
-fn weight(light: &Extent, [min, max]: [Vec3; 2]) -> f32 {
-    if light.is_distant {
-        return light.power;
-    }
-    if let Some((point, normal)) = light.front {
-        // The corner of the box farthest along the normal.
-        let corner = Vec3::select(normal.cmpgt(Vec3::ZERO), max, min);
-        if (corner - point).dot(normal) <= 0.0 {
-            return 0.0;
+/// Share of a light in a cell's list, not normalised: what it may add over squared distance, none for
+/// surfaces that show the whole cell their back and cones that pass it.
+fn weight(light: &LightBounds, [min, max]: [Vec3; 2]) -> f32 {
+    let (middle, reach) = (0.5 * (min + max), 0.5 * (max - min).length());
+    let from_light = middle - light.centre;
+    match light.shine {
+        Shine::Distant => return light.weight,
+        Shine::Front => {
+            // The corner of the box farthest along the normal.
+            let corner = Vec3::select(light.axis.cmpgt(Vec3::ZERO), max, min);
+            if (corner - light.centre).dot(light.axis) <= 0.0 {
+                return 0.0;
+            }
         }
+        Shine::Cone { cos_outer, .. } => {
+            // From the axis to the nearest direction of the sphere around the box.
+            let distance = from_light.length();
+            let away = (from_light.dot(light.axis) / distance)
+                .clamp(-1.0, 1.0)
+                .acos();
+            if distance > reach && away - (reach / distance).asin() > cos_outer.max(-1.0).acos() {
+                return 0.0;
+            }
+        }
+        Shine::BothSides | Shine::AllRound => {}
     }
-    let apart = (light.min - max).max(min - light.max).max(Vec3::ZERO);
-    let spread = 0.25 * (max - min).length();
-    light.power / (apart.length_squared() + spread * spread + NEAREST * NEAREST)
+    let apart = (light.centre.clamp(min, max).distance(light.centre) - light.radius).max(0.0);
+    let spread = 0.5 * reach;
+    light.weight / (apart * apart + spread * spread + NEAREST * NEAREST)
 }
 
 /// Adds a list of emitters with their weights.
@@ -213,6 +178,7 @@ fn push_list(entries: &mut Vec<CellEntry>, weighed: &[(u32, f32)]) {
 mod tests {
     use super::*;
     use crate::emitter::{Emitter, Shape};
+    use crate::light::{PointLight, Spot};
     use crate::material::MaterialId;
 
     fn lamps(all: impl IntoIterator<Item = (f32, f32)>) -> Emitters {
@@ -233,10 +199,11 @@ mod tests {
             normal: Vec3::X,
             two_sided: false,
         };
-        Emitters {
+        let all = Emitters {
             list: all.into_iter().map(lamp).collect(),
             ..Emitters::default()
-        }
+        };
+        all.with_lights(&[], &[])
     }
 
     #[test]
@@ -246,8 +213,6 @@ mod tests {
             vec![],
             &[[Vec3::ZERO, Vec3::splat(8.0)]; 3],
             &emitters,
-            &[],
-            &[],
             |cell, out| match cell {
                 0 => out.extend([0, 1, 2]),
                 1 => out.extend([1]),
@@ -264,7 +229,9 @@ mod tests {
         let sum: f32 = list(0).iter().map(|e| e.probability).sum();
         assert!((sum - 1.0).abs() < 1e-6);
         let ratio = list(0)[0].probability / list(0)[1].probability;
-        let (near, far) = (100f32.powi(2), 400f32.powi(2));
+        // From the sphere around the lamp.
+        let radius = 1.001 * 32f32.sqrt();
+        let (near, far) = ((100.0 - radius).powi(2), (400.0 - radius).powi(2));
         let softened = 256.0 + (0.25 * 192f32.sqrt()).powi(2);
         assert!(
             (ratio / ((far + softened) / (near + softened)) - 1.0).abs() < 1e-4,
@@ -275,11 +242,33 @@ mod tests {
     }
 
     #[test]
+    fn cones_that_pass_a_cell_are_not_in_its_list() {
+        let lamp = |x: f32, degrees: f32| PointLight {
+            position: Vec3::new(x, 4.0, 200.0),
+            intensity: Vec3::ONE,
+            spot: Some(Spot {
+                direction: Vec3::NEG_Z,
+                cos_inner: 1.0,
+                cos_outer: degrees.to_radians().cos(),
+            }),
+            ..PointLight::default()
+        };
+        // From 196 above the middle of the cell, whose sphere has a radius of 6.9: 27 degrees aside, of which the
+        // sphere takes 1.8.
+        let lights = [lamp(4.0, 1.0), lamp(104.0, 24.0), lamp(104.0, 26.0)];
+        let emitters = Emitters::default().with_lights(&lights, &[]);
+        let bounds = [[Vec3::ZERO, Vec3::splat(8.0)]];
+        let cells = LightCells::new(vec![], &bounds, &emitters, |_, out| out.extend([0, 1, 2]));
+        let listed: Vec<u32> = cells.entries.iter().map(|e| e.emitter).collect();
+        assert_eq!(listed, [0, 2]);
+    }
+
+    #[test]
     fn long_lists_keep_the_strongest_in_order() {
         let emitters = lamps((0..400).map(|i| (-100.0, (i * 37 % 400) as f32 + 1.0)));
         let bounds = [[Vec3::ZERO, Vec3::ONE]];
         let all = |_: usize, out: &mut Vec<u32>| out.extend(0..400);
-        let cells = LightCells::new(vec![], &bounds, &emitters, &[], &[], all);
+        let cells = LightCells::new(vec![], &bounds, &emitters, all);
         assert_eq!(cells.entries.len(), MOST_PER_CELL);
         assert!(cells.entries.is_sorted_by_key(|e| e.emitter));
         for e in &cells.entries {
@@ -287,7 +276,7 @@ mod tests {
         }
         // Where the strongest are less than half of it all, the tree chooses.
         let alike = lamps((0..400).map(|_| (-100.0, 1.0)));
-        let cells = LightCells::new(vec![], &bounds, &alike, &[], &[], all);
+        let cells = LightCells::new(vec![], &bounds, &alike, all);
         assert_eq!((cells.cells[0].count, cells.entries.len()), (0, 0));
     }
 }

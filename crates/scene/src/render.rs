@@ -112,7 +112,7 @@ pub struct Settings {
     /// How lights are chosen by the estimators that sample them.
     pub selection: Selection,
     /// Light samples of which one is kept and looked at, 1 to [`MOST_CANDIDATES`]: in proportion to
-    /// what each would add to the picture.
+    /// what each would add to the picture. See [`GUESSES_PER_CANDIDATE`], too.
     pub candidates: u32,
     /// Where random numbers come from.
     pub sampler: Sampler,
@@ -131,6 +131,10 @@ pub struct Settings {
     pub clamp: Option<f32>,
 }
 
+/// On surfaces with a list of lights ([`crate::cells`]) so many times [`Settings::candidates`] lights are
+/// weighed by what each may add ([`crate::emitter::LightBounds`]), and a point is sampled on one of them only: one
+/// of them from the table over all, the others from the list. Not with 1 candidate, which is plain choice.
+pub const GUESSES_PER_CANDIDATE: u32 = 4;
 /// Most [`Settings::candidates`].
 pub const MOST_CANDIDATES: u32 = 32;
 /// [`Settings::candidates`] where nothing says otherwise.

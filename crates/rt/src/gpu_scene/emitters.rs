@@ -4,7 +4,7 @@ use super::{triangle, wound};
 use crate::abi;
 use scene::Scene;
 use scene::emitter::tree::TreeNode;
-use scene::emitter::{Emitter, Emitters, NO_EMITTER, Numbering, Shape, Source};
+use scene::emitter::{Emitter, Emitters, LightBounds, NO_EMITTER, Numbering, Shape, Shine, Source};
 
 /// The tables of a scene's emitters, and behind them those of what emits on each mesh that moves.
 #[derive(Default)]
@@ -29,6 +29,8 @@ pub(super) struct Tables {
     pub texels: Vec<u32>,
     /// Tree over all lights.
     pub tree: Vec<abi::TreeNode>,
+    /// All lights as seen from afar.
+    pub bounds: Vec<abi::LightBounds>,
 }
 
 /// What emits on a mesh that moves, among the tables.
@@ -45,6 +47,9 @@ pub(super) fn tables(scene: &Scene, triangle_bases: &[u32]) -> Tables {
     let of_instance = |instance: u32| triangle_bases[scene.instances[instance as usize].mesh];
     tables.add(own, |s| of_instance(s.instance) + s.triangle);
     tables.tree = own.tree.nodes.iter().map(tree_node).collect();
+    tables.bounds = (own.bounds.iter())
+        .map(|b| light_bounds(b, b.power / own.total_weight))
+        .collect();
     tables.triangles = (own.sources.iter())
         .map(|s| {
             let placed = &scene.instances[s.instance as usize];
@@ -125,6 +130,31 @@ struct Base {
     source: u32,
     map: u32,
     number: u32,
+}
+
+const _: () = assert!(abi::GUESSES_PER_CANDIDATE == scene::render::GUESSES_PER_CANDIDATE);
+
+fn light_bounds(b: &LightBounds, probability: f32) -> abi::LightBounds {
+    let (shine, [cos_inner, cos_outer]) = match b.shine {
+        Shine::Front => (abi::SHINE_FRONT, [-2.0; 2]),
+        Shine::BothSides => (abi::SHINE_BOTH_SIDES, [-2.0; 2]),
+        Shine::AllRound => (abi::SHINE_ALL_ROUND, [-2.0; 2]),
+        Shine::Cone {
+            cos_inner,
+            cos_outer,
+        } => (abi::SHINE_CONE, [cos_inner, cos_outer]),
+        Shine::Distant => (abi::SHINE_DISTANT, [-2.0; 2]),
+    };
+    abi::LightBounds {
+        centre: b.centre.to_array(),
+        radius: b.radius,
+        axis: b.axis.to_array(),
+        weight: b.weight,
+        cos_inner,
+        cos_outer,
+        shine,
+        probability,
+    }
 }
 
 fn tree_node(n: &TreeNode) -> abi::TreeNode {

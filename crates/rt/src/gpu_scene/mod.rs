@@ -200,6 +200,7 @@ impl GpuScene {
         let maps = table("emission maps", bytemuck::cast_slice(&emitters.maps))?;
         let texel_tables = table("emitting texels", bytemuck::cast_slice(&emitters.texels))?;
         let tree = table("light tree", bytemuck::cast_slice(&emitters.tree))?;
+        let light_bounds = table("light bounds", bytemuck::cast_slice(&emitters.bounds))?;
         let trails = table("trails", bytemuck::cast_slice(&scene.emitters.tree.trails))?;
         let emitter_numbers = table("emitter numbers", bytemuck::cast_slice(&emitters.numbers))?;
         let source_numbers = table(
@@ -223,6 +224,7 @@ impl GpuScene {
             texel_tables: texel_tables.address(),
             tree: tree.address(),
             trails: trails.address(),
+            light_bounds: light_bounds.address(),
             source_numbers: source_numbers.address(),
             source_indices: source_indices.address(),
             alias: alias_buffer.address(),
@@ -313,6 +315,7 @@ impl GpuScene {
                 texel_tables,
                 tree,
                 trails,
+                light_bounds,
                 source_numbers,
                 alias_buffer,
                 sun_buffer,

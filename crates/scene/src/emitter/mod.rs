@@ -1,12 +1,14 @@
 //! What emits, in parts small enough to be chosen, and the choice among them.
 
 mod alias;
+mod bounds;
 mod list;
 mod map;
 mod moving;
 pub mod tree;
 
 pub(crate) use alias::alias_table;
+pub use bounds::{LightBounds, Shine};
 pub use map::{EmissionMap, Rectangle};
 pub use moving::{MovingEmitters, MovingLight, MovingLights};
 pub use tree::LightTree;
@@ -142,6 +144,8 @@ pub struct Emitters {
     pub total_weight: f32,
     /// Tree over the entries.
     pub tree: LightTree,
+    /// Where each entry is and how it shines.
+    pub bounds: Vec<LightBounds>,
 }
 
 impl Emitters {
@@ -156,14 +160,14 @@ impl Emitters {
         list::list(meshes, instances, materials, textures)
     }
 
-    /// Builds the alias table and the tree over the emitters, `lights` and `suns`.
+    /// Builds the alias table, the tree and the bounds over the emitters, `lights` and `suns`.
     #[must_use]
     pub fn with_lights(mut self, lights: &[PointLight], suns: &[Sun]) -> Self {
-        let weights: Vec<f64> = (self.list.iter().map(|e| e.weight))
-            .chain(lights.iter().map(PointLight::weight))
-            .chain(suns.iter().map(|s| s.weight))
-            .map(f64::from)
+        self.bounds = (self.list.iter().map(LightBounds::from))
+            .chain(lights.iter().map(LightBounds::from))
+            .chain(suns.iter().map(LightBounds::from))
             .collect();
+        let weights: Vec<f64> = self.bounds.iter().map(|b| b.power.into()).collect();
         let total: f64 = weights.iter().sum();
         self.alias = alias_table(&weights, total);
         self.total_weight = total as f32;

@@ -61,7 +61,7 @@ pub fn light_cells(
         })
         .collect();
     let first_sun = emitters.list.len() + lights.len();
-    LightCells::new(nodes, &bounds, emitters, lights, suns, |leaf, seen| {
+    LightCells::new(nodes, &bounds, emitters, |leaf, seen| {
         let inside = bsp
             .leafs
             .get(leaf)

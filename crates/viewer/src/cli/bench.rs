@@ -72,7 +72,7 @@ pub struct Bench {
     #[arg(long, value_name = "LIST", default_value = "power,leaf")]
     #[arg(value_parser = parse_selections, help_heading = "What is measured")]
     pub selections: List<Selection>,
-    /// Light samples of which one is kept and looked at with a shadow ray
+    /// Light samples of which one is kept and looked at with a shadow ray; see render
     #[arg(long, value_name = "N", default_value_t = CANDIDATES, help_heading = "What is measured")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_CANDIDATES)))]
     pub candidates: u32,
