@@ -8,6 +8,7 @@ use runelight::device::Device;
 use runelight::job::Stopped;
 use runelight::tonemap::Tonemap;
 use runelight::view::app::{App, Wish};
+use runelight::view::dialog::Dialog;
 use runelight::view::gamepad::Pad;
 use runelight::view::look::defaults;
 use runelight::view::session::Session;
@@ -582,6 +583,20 @@ fn levels_are_opened_and_broken_ones_keep_the_picture() {
             .iter()
             .any(|n| n.text.contains(".jpg"))
     );
+
+    // What is chosen in the system's dialog is opened; where there is none, files are listed.
+    let wrong = async { Some("no-such-level.bsp".into()) };
+    session.app.dialog = Some(Dialog::of(wrong));
+    session.app.notices.pass(1e3);
+    session.frame().expect("a frame");
+    session.until(LIMIT, App::is_done).expect("the old picture");
+    let said = session.app.notices.all().last().expect("a sentence");
+    assert!(said.text.contains("no-such-level.bsp"), "{said:?}");
+    session.app.dialog = Some(Dialog::of(async { None }));
+    session.frame().expect("a frame");
+    let panels = &mut session.app.panels;
+    assert!(panels.open && panels.lists_files && session.app.dialog.is_none());
+    (panels.open, panels.lists_files) = (false, false);
 
     // The same level again keeps the eye.
     session.app.go_to_camera(1);

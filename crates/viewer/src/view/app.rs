@@ -8,6 +8,7 @@ mod saving;
 mod tracing;
 
 use super::convergence::Convergence;
+use super::dialog::Dialog;
 use super::display::{AutoExposure, Display};
 use super::draw::{self, Textures};
 use super::export::Export;
@@ -34,6 +35,7 @@ use crate::cli::{Global, Render};
 use crate::device::Device;
 use crate::tonemap::Tonemap;
 use anyhow::Result;
+use egui::{Theme, Visuals};
 use rt::{Gpu, Screen, Shown, ToneCurve};
 use scene::playback;
 use scene::render::Settings;
@@ -155,6 +157,8 @@ pub struct App {
     writing: Option<Writing>,
     /// The last picture that was saved.
     pub saved: Option<Saved>,
+    /// The system's dialog for files, while it is open.
+    pub dialog: Option<Dialog>,
     /// A film of the demo.
     pub export: Export,
     /// A flight that is recorded.
@@ -190,8 +194,21 @@ impl App {
             roll: 0.0,
         };
         args.picture.adaptive = false;
+        let ctx = egui::Context::default();
+        // What is said by the way is too pale as egui has it.
+        for (theme, usual, weak) in [
+            (Theme::Light, Visuals::light(), 105),
+            (Theme::Dark, Visuals::dark(), 132),
+        ] {
+            let weak_text_color = Some(egui::Color32::from_gray(weak));
+            let visuals = Visuals {
+                weak_text_color,
+                ..usual
+            };
+            ctx.set_visuals_of(theme, visuals);
+        }
         let mut app = Self {
-            ctx: egui::Context::default(),
+            ctx,
             gpu,
             device,
             global,
@@ -230,6 +247,7 @@ impl App {
             is_saving: false,
             writing: None,
             saved: None,
+            dialog: None,
             export: Export::default(),
             flight_path: FlightPath::default(),
             display: Display::default(),
@@ -294,6 +312,7 @@ impl App {
         self.receive_level();
         self.receive_picture();
         self.receive_film();
+        self.receive_dialog();
         self.receive_shaders(input.seconds);
         self.receive_inspection();
         self.look(input.seconds)?;

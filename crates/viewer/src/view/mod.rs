@@ -6,6 +6,7 @@
 
 pub mod app;
 pub mod convergence;
+pub mod dialog;
 pub mod display;
 pub mod draw;
 pub mod entities;

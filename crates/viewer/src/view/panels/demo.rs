@@ -112,12 +112,13 @@ fn line(app: &mut App, ui: &mut Ui) {
             player.seek(time(at.x));
         }
     }
-    let (painter, visuals) = (ui.painter_at(rect), ui.visuals());
-    painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
+    let painter = ui.painter_at(rect);
+    // Dark in light panels, too: marks have colours that are seen on it.
+    painter.rect_filled(rect, 3.0, Color32::from_gray(10));
     let x = |t: f64| rect.left() + (t / all) as f32 * rect.width();
     if let Some([from, to]) = player.marked {
         let part = Rect::from_x_y_ranges(x(from)..=x(to), rect.y_range());
-        let color = visuals.selection.bg_fill.gamma_multiply(0.45);
+        let color = Color32::from_rgb(0, 92, 128).gamma_multiply(0.45);
         painter.rect_filled(part, 0.0, color);
     }
     for event in player.events.iter() {
@@ -130,7 +131,7 @@ fn line(app: &mut App, ui: &mut Ui) {
         pos2(x(player.time), rect.top()),
         pos2(x(player.time), rect.bottom()),
     ];
-    painter.line_segment(now, Stroke::new(3.0, visuals.strong_text_color()));
+    painter.line_segment(now, Stroke::new(3.0, Color32::WHITE));
     if let Some(at) = response.hover_pos() {
         let near = f64::from(4.0 / rect.width()) * all;
         let text = told(&player.timeline, &player.events, time(at.x), near);

@@ -5,7 +5,7 @@ use egui::{ScrollArea, Ui};
 use std::path::{Path, PathBuf};
 
 /// What can be opened.
-const KINDS: [&str; 5] = ["bsp", "dem", "pak", "exr", "png"];
+pub const KINDS: [&str; 5] = ["bsp", "dem", "pak", "exr", "png"];
 /// More of a folder are not listed.
 const MOST: usize = 5000;
 

@@ -14,6 +14,8 @@ mod statistics;
 mod styles;
 mod window;
 
+pub use files::KINDS as FILE_KINDS;
+
 use super::app::App;
 use super::draw::PICTURE_ID;
 use super::inspect::Report;
@@ -55,6 +57,8 @@ pub struct Panels {
     order: Vec<&'static str>,
     /// Those that somebody has moved, by their words: their corner or side in points.
     pub(super) moved: BTreeMap<&'static str, [f32; 2]>,
+    /// Whether files are listed in the panel for opening them.
+    pub lists_files: bool,
     /// The folder whose files can be opened; `None` before it was listed.
     folder: Option<files::Folder>,
     /// Size of the picture in percent of the window's.
@@ -92,6 +96,7 @@ impl Default for Panels {
             window: false,
             order: Vec::new(),
             moved: BTreeMap::new(),
+            lists_files: false,
             folder: None,
             percent: 100,
             budget_ms: BUDGET_MS,

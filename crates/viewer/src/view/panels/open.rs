@@ -33,15 +33,19 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
     if ui.button("the sample demo").clicked() {
         wanted = Some(Some(SAMPLE_DEMO.to_owned()));
     }
-    egui::CollapsingHeader::new("a file").show(ui, |ui| {
-        if let Some(path) = super::files::show(app, ui) {
-            app.open_file(&path);
-            let is_archive = path
-                .extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case("pak"));
-            app.panels.open = is_archive;
+    ui.horizontal(|ui| {
+        let button = ui.add_enabled(app.dialog.is_none(), egui::Button::new("a file..."));
+        if button.on_hover_text("the system's dialog").clicked() {
+            app.ask_for_file();
         }
+        ui.toggle_value(&mut app.panels.lists_files, "list")
+            .on_hover_text("folders and files in this panel");
     });
+    if app.panels.lists_files
+        && let Some(path) = super::files::show(app, ui)
+    {
+        app.open_from_list(&path);
+    }
     let recent = app.preferences.recent.clone();
     if !recent.is_empty() {
         ui.collapsing("opened lately", |ui| {

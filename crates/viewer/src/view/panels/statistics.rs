@@ -241,7 +241,7 @@ fn resident_bytes() -> Option<u64> {
 fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
     let (rect, _) = ui.allocate_exact_size(vec2(300.0, 48.0), Sense::hover());
     let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 2.0, Color32::from_black_alpha(120));
+    painter.rect_filled(rect, 2.0, Color32::from_gray(40));
     let frames = app.statistics.frames();
     let step = rect.width() / 120.0;
     for (i, frame) in frames.iter().rev().enumerate() {
@@ -273,7 +273,10 @@ fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
     );
     ui.horizontal(|ui| {
         for (color, name) in PARTS {
-            ui.colored_label(color, name);
+            // Words in these colours could not be read on light panels.
+            let (rect, _) = ui.allocate_exact_size(vec2(9.0, 9.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, color);
+            ui.label(name);
         }
     });
 }
