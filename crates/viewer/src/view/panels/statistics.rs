@@ -262,15 +262,13 @@ fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
             }
         }
     }
+    let text = format!("{most_ms:.0} ms");
     let font = egui::FontId::proportional(11.0);
-    let height = format!("{most_ms:.0} ms");
-    painter.text(
-        rect.left_top() + vec2(3.0, 1.0),
-        egui::Align2::LEFT_TOP,
-        height,
-        font,
-        Color32::from_gray(235),
-    );
+    let text = painter.layout_no_wrap(text, font, Color32::WHITE);
+    let at = rect.left_top() + vec2(3.0, 1.0);
+    let behind = egui::Rect::from_min_size(at, text.size()).expand(2.0);
+    painter.rect_filled(behind, 2.0, Color32::from_black_alpha(180));
+    painter.galley(at, text, Color32::WHITE);
     ui.horizontal(|ui| {
         for (color, name) in PARTS {
             // Words in these colours could not be read on light panels.
