@@ -42,14 +42,13 @@ bool may_look_again(Walk walk) { return HAS_TRANSLUCENT && walk.passages > 0u &&
 
 // Where an interface meets a wall, as water does at its edges, both may be at the same distance to the last
 // place, and a ray that goes on behind the interface goes on behind the wall. Then it finds nothing, or the
-// back of a surface: so it looks again from before the interface, at what is opaque alone.
+// back of an opaque surface: so it looks again from before the interface, at what is opaque alone.
 bool looks_again(inout Walk walk) {
     if (!may_look_again(walk)) return false;
     if (hit.triangle != MISS) {
         if ((hit.instance & HIT_FRONT) != 0u) return false;
-        const uint material = material_of(hit.instance, hit.triangle);
-        const uint flags = params.scene.at[0].materials.at[material].flags;
-        if ((flags & MATERIAL_TRANSLUCENT) != 0u) return false;
+        // What can be seen through, fences and interfaces, is seen from both sides.
+        if (hit.triangle >= params.scene.at[0].instances.at[hit.instance & INSTANCE_INDEX].alpha_base) return false;
     }
     walk.again = true;
     walk.t_min = uintBitsToFloat(max(floatBitsToUint(walk.t_min), 2u) - 2u);
