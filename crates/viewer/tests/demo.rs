@@ -203,6 +203,12 @@ fn killed_runs_are_gone_on_with_bit_for_bit() {
             }
         }
     }
+    // What a run leaves that is killed while it makes a file of a frame anew that has both.
+    for name in ["000.exr", "000.png"] {
+        let from = dir.path().join("undisturbed").join(name);
+        std::fs::copy(from, dir.path().join("f").join(name)).unwrap();
+    }
+    std::fs::write(dir.path().join("f/.000.png.1.part"), "half").unwrap();
     succeeds(dir.path(), &resume);
     let resumed = files(&dir.path().join("f"));
     assert!(resumed == undisturbed, "{:?}", resumed.keys());

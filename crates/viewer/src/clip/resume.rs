@@ -79,8 +79,8 @@ pub fn find(targets: &Targets, frames: &Range<u32>, made: &str) -> Result<Found>
             found.insert(frame, stage);
         }
     }
-    let missing = frames.clone().filter(|f| !found.contains_key(f));
-    remove_parts(missing.flat_map(|f| targets.files(f).map(|(path, _)| path)));
+    // Of frames that are whole, too: a run that made one anew for its other file may have been killed.
+    remove_parts((frames.clone()).flat_map(|f| targets.files(f).map(|(path, _)| path)));
     Ok(found)
 }
 
