@@ -24,6 +24,9 @@ mod screen;
 mod tour;
 mod viewer;
 mod window;
+// Displays of other systems can't be had for a test.
+#[cfg(target_os = "linux")]
+mod x11;
 
 /// A file of tests, once for each renderer.
 macro_rules! on_both_renderers {

@@ -22,12 +22,12 @@ use std::time::{Duration, Instant};
 type Act = Box<dyn FnMut(&mut App) -> Vec<PilotWish>>;
 
 /// Something that is done, and when that is over.
-struct Step {
+pub(crate) struct Step {
     what: String,
     act: Act,
     over: Box<dyn Fn(&App) -> bool>,
     /// Frames that it takes at least.
-    frames: u64,
+    pub frames: u64,
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn the_window_is_used_from_end_to_end() {
     on_a_display(test, tour, "2");
 }
 
-fn step(
+pub(crate) fn step(
     what: &str,
     act: impl FnMut(&mut App) -> Vec<PilotWish> + 'static,
     over: impl Fn(&App) -> bool + 'static,
@@ -50,7 +50,7 @@ fn step(
 }
 
 /// Something that is done at once; the picture is waited for.
-fn now(what: &str, mut act: impl FnMut(&mut App) + 'static) -> Step {
+pub(crate) fn now(what: &str, mut act: impl FnMut(&mut App) + 'static) -> Step {
     let act = move |app: &mut App| {
         act(app);
         Vec::new()
@@ -68,7 +68,7 @@ fn key(key: Key, pressed: bool) -> PilotWish {
     })
 }
 
-fn tap(which: Key, over: impl Fn(&App) -> bool + 'static) -> [Step; 2] {
+pub(crate) fn tap(which: Key, over: impl Fn(&App) -> bool + 'static) -> [Step; 2] {
     let press = move |pressed| move |_: &mut App| vec![key(which, pressed)];
     [
         step("a key is pressed", press(true), |_| true),
@@ -306,7 +306,12 @@ fn tour() {
     changes_its_size(&mut steps);
     let leaves = |_: &mut App| vec![PilotWish::App(Wish::Quit)];
     steps.push_back(step("leaves", leaves, |_| false));
+    walk_through(steps);
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
+}
 
+/// Does all that in a window, one after the other; the validation layer has nothing to say.
+pub(crate) fn walk_through(mut steps: VecDeque<Step>) {
     let (start, mut under_way, mut since) = (Instant::now(), None::<Step>, 0);
     let pilot = move |app: &mut App, frame: u64| {
         let what = under_way.as_ref().map_or("", |s| &s.what);
@@ -332,5 +337,4 @@ fn tour() {
     };
     let said = window::run(&global, &render, options);
     assert_eq!(said.expect("a window"), [""; 0]);
-    std::fs::remove_dir_all(&folder).expect("a folder to remove");
 }

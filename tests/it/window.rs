@@ -30,7 +30,7 @@ fn display() -> (Ends, String) {
             "1",
             "-screen",
             "0",
-            "640x480x24",
+            "1280x960x24",
             "-nolisten",
             "tcp",
         ])
@@ -50,7 +50,7 @@ fn display() -> (Ends, String) {
 }
 
 /// Runs `inside` of a test of this name in a process of its own, on a display of its own that has so many pixels to a
-/// point: the environment names it, and a process opens windows once.
+/// point, or as many as it says itself: the environment names it, and a process opens windows once.
 pub(crate) fn on_a_display(test: &str, inside: fn(), scale: &str) {
     if std::env::var_os(INSIDE).is_some() {
         inside();

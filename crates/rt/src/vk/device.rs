@@ -8,7 +8,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, Weak};
 
 /// Kinds of device, best first.
@@ -112,6 +112,8 @@ pub struct Device {
     pub(super) ray_tracing: khr::ray_tracing_pipeline::Device,
     /// What shows pictures in windows; `None` where the instance knows none or the device can't.
     pub(super) swapchain: Option<khr::swapchain::Device>,
+    /// Whether it has shown pictures in a window: then it can.
+    pub(super) has_shown: AtomicBool,
     pub(super) physical: vk::PhysicalDevice,
     debug: Option<ext::debug_utils::Device>,
     info: DeviceInfo,
@@ -367,6 +369,7 @@ impl Device {
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             ray_tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
             swapchain: shows.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
+            has_shown: AtomicBool::new(false),
             physical,
             debug: instance
                 .debug_names

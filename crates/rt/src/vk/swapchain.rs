@@ -6,6 +6,7 @@ use ash::vk;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use std::any::Any;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// A window of any system.
 pub trait Window: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static {}
@@ -151,11 +152,22 @@ impl Swapchain {
         device.wait_idle()?;
         let (physical, target) = (device.physical, surface.raw);
         // SAFETY: plain queries of a surface and a device of the same instance.
-        let (shows, room, formats, modes) = unsafe {
+        let shows = unsafe {
+            surfaces
+                .get_physical_device_surface_support(physical, device.queue.family, target)
+                .named("vkGetPhysicalDeviceSurfaceSupportKHR")?
+        };
+        if !shows {
+            // Drivers say that also of a surface whose window is gone; nothing else may be asked of it.
+            return Err(if device.has_shown.load(Ordering::Relaxed) {
+                Error::SurfaceLost
+            } else {
+                lacks(device, "a queue that shows on this window")
+            });
+        }
+        // SAFETY: as before; the device supports the surface.
+        let (room, formats, modes) = unsafe {
             (
-                surfaces
-                    .get_physical_device_surface_support(physical, device.queue.family, target)
-                    .named("vkGetPhysicalDeviceSurfaceSupportKHR")?,
                 surfaces
                     .get_physical_device_surface_capabilities(physical, target)
                     .named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?,
@@ -167,9 +179,6 @@ impl Swapchain {
                     .named("vkGetPhysicalDeviceSurfacePresentModesKHR")?,
             )
         };
-        if !shows {
-            return Err(lacks(device, "a queue that shows on this window"));
-        }
         let size = match room.current_extent {
             // The window takes the size of its pictures.
             vk::Extent2D {
@@ -232,6 +241,7 @@ impl Swapchain {
         // the old swapchain may go.
         unsafe {
             let raw = (swapchains.create_swapchain(&info, None)).named("vkCreateSwapchainKHR")?;
+            device.has_shown.store(true, Ordering::Relaxed);
             drop(old);
             let mut chain = Self {
                 raw,

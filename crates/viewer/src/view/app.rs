@@ -347,15 +347,15 @@ impl App {
         let film = (self.stage.as_ref()).filter(|_| has_film && is_new);
         let film = film.map(|stage| (&stage.tracer, tone_curve(curve), exposure));
         let shows_film = film.is_some();
-        let shown = screen.draw(film, self.filter(), &meshes, scale)?;
-        if shown == Shown::Yes {
-            if shows_film {
-                self.shown_as = Some((exposure, curve));
-            }
-        } else {
+        let shown = screen.draw(film, self.filter(), &meshes, scale);
+        if !matches!(shown, Ok(Shown::Yes)) {
+            // The screen may have made room for the film and nothing in it.
             self.shown_as = None;
+        } else if shows_film {
+            self.shown_as = Some((exposure, curve));
         }
         self.textures.free(screen, &full.textures_delta);
+        let shown = shown?;
         (self.statistics).frame(input.seconds, panels_ms, screen.timings());
         if let Some(stage) = &self.stage {
             let tracer = &stage.tracer;

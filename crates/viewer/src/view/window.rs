@@ -10,10 +10,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
-use winit::dpi::LogicalSize;
+use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::{DeviceEvent, DeviceId, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
-use winit::window::{CursorGrabMode, Fullscreen, WindowId};
+use winit::window::{CursorGrabMode, Fullscreen, WindowAttributes, WindowId};
 
 /// Someone who flies instead of a person: called before each frame with the viewer and the frame's
 /// number; what it answers is done besides.
@@ -71,6 +71,10 @@ pub fn run(global: &Global, args: &Render, options: Options) -> Result<Vec<Strin
     if options.pilot.is_some() {
         winit::platform::x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
     }
+    // Drivers go on to show pictures on a window that was just destroyed, and winit takes what the display says of that for
+    // the answer to a request of its own, and panics.
+    #[cfg(all(unix, not(target_os = "macos")))]
+    winit::platform::x11::register_xlib_error_hook(Box::new(|_, _| true));
     let events = builder.build().map_err(|e| no_display(e.to_string()))?;
     let mut handler = Handler {
         global,
@@ -120,11 +124,41 @@ fn is_of_device(error: &anyhow::Error) -> bool {
     matches!(error, Some(DeviceLost { .. } | Memory { .. } | Call { .. }))
 }
 
+/// Whether Vulkan has nothing to draw on any more.
+fn is_of_surface(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(rt::Error::SurfaceLost))
+}
+
+/// After so many surfaces that were lost without a picture between them there is no hope.
+const MOST_LOSSES: u32 = 4;
+
+/// What every window of the viewer has.
+fn attributes(size: impl Into<Size>) -> WindowAttributes {
+    winit::window::Window::default_attributes()
+        .with_title("runelight")
+        .with_inner_size(size)
+}
+
 struct Running {
     app: App,
     screen: Screen,
     egui: egui_winit::State,
     window: Arc<winit::window::Window>,
+    /// Pixels of the window, as it said them last: asked about a window that is gone, winit panics.
+    size: [u32; 2],
+    /// Pixels to a point, as the window said them last: on X11 winit tells a new scale, and keeps the old one as its
+    /// own until the window is moved.
+    scale: f64,
+    /// The same for the panels, in the frame before.
+    points: f32,
+    /// Where the pointer was last, as the window said it.
+    pointer: Option<WindowEvent>,
+    begun: Instant,
+    /// Whether it fills the screen and keeps the pointer, which another window in its place has to do, too.
+    is_full: bool,
+    holds_mouse: bool,
+    /// Surfaces that were lost since a picture was shown.
+    losses: u32,
     /// Where preferences are kept.
     file: Option<PathBuf>,
     last: Instant,
@@ -144,10 +178,8 @@ impl Handler<'_> {
         let size = known.and_then(|p| p.size).unwrap_or(SIZE);
         // Neither too small to be found nor larger than any screen.
         let [width, height] = size.map(|n| n.clamp(200, 16_384));
-        let attributes = winit::window::Window::default_attributes()
-            .with_title("runelight")
-            .with_maximized(known.is_some_and(|p| p.maximized))
-            .with_inner_size(LogicalSize::new(width, height));
+        let attributes = attributes(LogicalSize::new(width, height))
+            .with_maximized(known.is_some_and(|p| p.maximized));
         let window = Arc::new(events.create_window(attributes)?);
         let opened = Device::for_window(&self.global.device, self.options.validation)?;
         tracing::info!("{}", opened.0.name);
@@ -168,11 +200,12 @@ impl Handler<'_> {
             }
             (_, None) | (None, _) => None,
         };
+        let scale = window.scale_factor();
         let egui = egui_winit::State::new(
             app.egui().clone(),
             egui::ViewportId::ROOT,
             &*window,
-            Some(window.scale_factor() as f32),
+            Some(scale as f32),
             window.theme(),
             None,
         );
@@ -181,6 +214,14 @@ impl Handler<'_> {
             screen,
             egui,
             window,
+            size,
+            scale,
+            points: scale as f32,
+            pointer: None,
+            begun: Instant::now(),
+            is_full: false,
+            holds_mouse: false,
+            losses: 0,
             file,
             last: Instant::now(),
             frames: 0,
@@ -259,7 +300,25 @@ impl Handler<'_> {
                 ControlFlow::Poll
             }),
             Ok(None) => events.exit(),
+            Err(error) if is_of_surface(&error) => {
+                running.losses += 1;
+                let moved = match running.losses {
+                    // The window may still be there: only what Vulkan drew on is gone. Of one that is not there some
+                    // drivers make no surface, and others one that is lost at once.
+                    1 => (running.stay()).or_else(|_| running.move_to_another(events)),
+                    2..MOST_LOSSES => running.move_to_another(events),
+                    _ => Err(error),
+                };
+                self.go_on(events, moved);
+            }
             Err(error) if is_of_device(&error) => self.open_anew(events, error),
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn go_on(&mut self, events: &ActiveEventLoop, moved: Result<()>) {
+        match moved {
+            Ok(()) => events.set_control_flow(ControlFlow::Poll),
             Err(error) => self.fail(events, error),
         }
     }
@@ -270,7 +329,7 @@ impl Running {
     fn preferences(&self) -> Preferences {
         let window = &self.window;
         let (maximized, full) = (window.is_maximized(), window.fullscreen().is_some());
-        let size = window.inner_size().to_logical::<u32>(window.scale_factor());
+        let size = PhysicalSize::<u32>::from(self.size).to_logical::<u32>(self.scale);
         let mut preferences = self.app.preferences();
         preferences.maximized = maximized;
         // What it had before it filled the screen is what it will have after that.
@@ -280,34 +339,94 @@ impl Running {
         preferences
     }
 
+    /// Draws on the same window anew.
+    fn stay(&mut self) -> Result<()> {
+        Ok((self.screen).move_to(Arc::clone(&self.window), self.size)?)
+    }
+
+    /// Goes on in another window, for one that is gone.
+    fn move_to_another(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        let attributes = attributes(PhysicalSize::<u32>::from(self.size))
+            .with_title(&self.title)
+            .with_fullscreen(self.is_full.then_some(Fullscreen::Borderless(None)));
+        self.window = Arc::new(events.create_window(attributes)?);
+        (self.size, self.scale) = (self.window.inner_size().into(), self.window.scale_factor());
+        self.pointer = None;
+        // What this window was not told yet.
+        self.egui.set_allow_ime(false);
+        if self.holds_mouse {
+            self.hold_mouse(true);
+        }
+        tracing::warn!("the window is gone: another takes its place");
+        self.stay()
+    }
+
+    /// The window has so many pixels to a point now. Whether it should keep its size in pixels.
+    fn rescale(&mut self, scale: f64) -> bool {
+        // On X11 winit tells the same scale once more when the window is moved, and would make it larger once more.
+        let is_known = scale == self.scale;
+        self.scale = scale;
+        self.point_again();
+        is_known
+    }
+
+    /// Says again where the pointer is, which may be elsewhere in points while it rests.
+    fn point_again(&mut self) {
+        if let Some(event) = &self.pointer {
+            _ = self.egui.on_window_event(&self.window, event);
+        }
+    }
+
+    /// What happened since the last frame.
+    fn take_input(&mut self) -> egui::RawInput {
+        let zoom = self.app.egui().zoom_factor();
+        let points = self.scale as f32 * zoom;
+        if points != self.points {
+            self.points = points;
+            self.point_again();
+        }
+        let [width, height] = self.size.map(|n| n as f32 / points);
+        let raw = self.egui.egui_input_mut();
+        raw.time = Some(self.begun.elapsed().as_secs_f64());
+        // Minimised, it keeps its panels where they are.
+        raw.screen_rect = (width > 0.0 && height > 0.0)
+            .then(|| egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
+        let root = raw.viewports.entry(egui::ViewportId::ROOT).or_default();
+        root.native_pixels_per_point = Some(self.scale as f32);
+        let mut raw = raw.take();
+        let counted_by = self.window.scale_factor();
+        if counted_by != self.scale {
+            count_by(&mut raw.events, (counted_by / self.scale) as f32);
+        }
+        raw.events.append(&mut self.inputs);
+        raw
+    }
+
     /// One frame; in so many seconds the next is wanted, `None` to end.
     fn frame(&mut self, asked: Vec<PilotWish>) -> Result<Option<f32>> {
         let now = Instant::now();
-        let mut raw = self.egui.take_egui_input(&self.window);
-        raw.events.append(&mut self.inputs);
+        let raw = self.take_input();
         let input = Input {
             raw,
             seconds: (now - self.last).as_secs_f32(),
         };
         (self.last, self.frames) = (now, self.frames + 1);
-        let size = self.window.inner_size();
-        self.screen.resize([size.width, size.height])?;
-        let output = match self.app.frame(&mut self.screen, input) {
-            // The window is still there: only what Vulkan drew on is gone.
-            Err(error) if matches!(error.downcast_ref(), Some(rt::Error::SurfaceLost)) => {
-                let size = [size.width, size.height];
-                self.screen.move_to(Arc::clone(&self.window), size)?;
-                return Ok(Some(0.0));
-            }
-            other => other?,
-        };
+        self.screen.resize(self.size)?;
+        let output = self.app.frame(&mut self.screen, input)?;
+        if output.shown == rt::Shown::Yes {
+            self.losses = 0;
+        }
         (self.egui).handle_platform_output(&self.window, output.platform);
         let mut wishes = output.wishes;
         for wish in asked {
             match wish {
                 PilotWish::App(wish) => wishes.push(wish),
                 PilotWish::Resize([width, height]) => {
-                    _ = (self.window).request_inner_size(LogicalSize::new(width, height));
+                    let size = LogicalSize::new(width, height).to_physical::<u32>(self.scale);
+                    // Where it has that at once, the window says no more of it.
+                    if let Some(size) = self.window.request_inner_size(size) {
+                        self.size = size.into();
+                    }
                 }
                 PilotWish::Input(event) => self.inputs.push(event),
                 PilotWish::LoseDevice => {
@@ -321,8 +440,12 @@ impl Running {
                 Wish::FullScreen(on) => {
                     let full = on.then_some(Fullscreen::Borderless(None));
                     self.window.set_fullscreen(full);
+                    self.is_full = on;
                 }
-                Wish::HoldMouse(on) => self.hold_mouse(on),
+                Wish::HoldMouse(on) => {
+                    self.hold_mouse(on);
+                    self.holds_mouse = on;
+                }
             }
         }
         let title = self.app.title();
@@ -351,6 +474,24 @@ impl Running {
     }
 }
 
+/// Counts places by points of another size.
+fn count_by(events: &mut [egui::Event], factor: f32) {
+    use egui::{Event, MouseWheelUnit};
+    for event in events {
+        match event {
+            Event::PointerMoved(at)
+            | Event::PointerButton { pos: at, .. }
+            | Event::Touch { pos: at, .. } => *at *= factor,
+            Event::MouseWheel {
+                unit: MouseWheelUnit::Point,
+                delta,
+                ..
+            } => *delta *= factor,
+            _ => {}
+        }
+    }
+}
+
 impl ApplicationHandler for Handler<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.running.is_none() {
@@ -361,14 +502,35 @@ impl ApplicationHandler for Handler<'_> {
         }
     }
 
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(running) = &mut self.running else {
+    fn window_event(&mut self, events: &ActiveEventLoop, of: WindowId, event: WindowEvent) {
+        // What becomes of a window that another has taken the place of is nobody's business.
+        let Some(running) = self.running.as_mut().filter(|r| r.window.id() == of) else {
             return;
         };
         match event {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::RedrawRequested => self.frame(events),
+            WindowEvent::Destroyed => {
+                let moved = running.move_to_another(events);
+                self.go_on(events, moved);
+            }
+            WindowEvent::ScaleFactorChanged {
+                scale_factor,
+                mut inner_size_writer,
+            } => {
+                if running.rescale(scale_factor) {
+                    // Fails where the event was waited for too long; then the window has its own size.
+                    _ = inner_size_writer.request_inner_size(running.size.into());
+                }
+                running.window.request_redraw();
+            }
             event => {
+                match &event {
+                    WindowEvent::Resized(size) => running.size = (*size).into(),
+                    WindowEvent::CursorMoved { .. } => running.pointer = Some(event.clone()),
+                    WindowEvent::CursorLeft { .. } => running.pointer = None,
+                    _ => {}
+                }
                 let response = running.egui.on_window_event(&running.window, &event);
                 if response.repaint {
                     running.window.request_redraw();
