@@ -5,16 +5,21 @@
 //! only if the window is linked with all of AccessKit. What a frame draws is asked here instead, and `golden_window` compares
 //! whole windows by FLIP.
 
-use crate::viewer::opened;
+use crate::viewer::{LIMIT, SIZE, files, opened, words as words_of};
+use clap::Parser as _;
 use egui::epaint::ClippedShape;
 use egui::{
     Context, Event, Id, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Theme, Vec2,
     ViewportId,
 };
+use runelight::cli::Cli;
 use runelight::view::app::App;
 use runelight::view::panels::{self, Panels};
 use runelight::view::preferences::Preferences;
+use runelight::view::session::Session;
 use runelight::view::stage::SAMPLE_DEMO;
+use std::path::Path;
+use std::time::Instant;
 
 /// Somebody in front of the panels.
 struct Desk {
@@ -69,6 +74,20 @@ impl Desk {
     fn settle(&mut self) -> Vec<Words> {
         (0..6).for_each(|_| _ = self.frame(Vec::new()));
         self.frame(Vec::new())
+    }
+
+    /// A click there.
+    fn click(&mut self, at: Pos2) {
+        let button = |pressed| Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::default(),
+        };
+        self.frame(vec![Event::PointerMoved(at)]);
+        self.frame(vec![button(true)]);
+        self.frame(vec![button(false)]);
+        self.frame(vec![Event::PointerGone]);
     }
 
     /// Where a panel is, by its word in the bar.
@@ -293,4 +312,163 @@ fn panels_lie_beside_each_other_and_are_remembered() {
     desk.app.prefer(kept);
     desk.settle();
     assert!((desk.panel("Statistics").min - moved.min).length() < 1.0);
+}
+
+/// A room with a wall that a camera looks along, and a lamp on each side of it, whose light reaches the half of the
+/// picture that is its own: of style 0 on the left, of style 3 on the right.
+fn write_two_sides(file: &Path) {
+    let mut map = mapc::Map::new();
+    map.texture(mapc::Texture::solid("wall", 64, 64, 100));
+    map.room([0.0; 3], [256.0, 256.0, 144.0], 16.0, "wall");
+    map.brush_box([120.0, 80.0, 0.0], [136.0, 256.0, 144.0], "wall");
+    map.entity("info_player_start", &[("origin", "128 32 40")]);
+    for (origin, style) in [("60 200 64", "0"), ("196 200 64", "3")] {
+        let keys = [("origin", origin), ("light", "300"), ("style", style)];
+        map.entity("light", &keys);
+    }
+    let level = mapc::compile(&map, &mapc::Options::default()).expect("a level");
+    std::fs::write(file, level.bytes).expect("a level");
+}
+
+/// The picture, and how bright its left and its right half are, but for the edge of the wall in its middle.
+fn halves(app: App) -> (App, Vec<[f32; 3]>, [f64; 2]) {
+    let mut session = Session::new(app, SIZE, 1.0).expect("a screen");
+    session.app.panels.hidden = true;
+    session.until(LIMIT, App::is_done).expect("a picture");
+    let film = session.app.film().expect("a device").expect("a film");
+    let width = film.width as usize;
+    let mean = |columns: std::ops::Range<usize>| {
+        let count = columns.len() * film.height as usize;
+        let rows = film.beauty.chunks_exact(width);
+        let sum: f64 = (rows.flat_map(|row| &row[columns.clone()]))
+            .map(|p| f64::from(p[1]))
+            .sum();
+        sum / count as f64
+    };
+    let both = [mean(0..2 * width / 5), mean(3 * width / 5..width)];
+    (session.app, film.beauty, both)
+}
+
+/// Light styles are muted, heard alone and dimmed where that is clicked; the picture becomes what the numbers say, and its
+/// command says the same numbers and makes the same files.
+#[test]
+fn light_styles_are_set_by_their_buttons() {
+    let name = format!("runelight-styles-{}", std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let level = folder.join("sides.bsp");
+    write_two_sides(&level);
+    let level = level.display().to_string();
+    let camera = "128 24 64 0 90 0";
+    // What lamps give directly.
+    let args = ["--spp", "32", "--depth", "2", "--camera", camera, &level];
+    let (app, usual, [left, right]) = halves(opened(&args, true).app);
+    assert!(left > 0.0 && right > 0.0, "{left}, {right}");
+    // Samples choose among other lamps: as bright as before, but for noise.
+    let near = |found: f64, expected: f64| (found - expected).abs() <= 0.02 * expected;
+
+    let mut desk = Desk::new(app, Vec2::new(800.0, 600.0), 1.0, Theme::Dark);
+    // What is right of a style's name: its number, and its two buttons.
+    let row = |desk: &mut Desk, style: &str| {
+        desk.app.panels = Panels::none();
+        desk.app.panels.styles = true;
+        let all = desk.settle();
+        let name = all.iter().find(|w| w.text == style).expect("its name");
+        let (y, x) = (name.at.center().y, name.at.right());
+        let mut beside: Vec<_> = (all.iter())
+            .filter(|w| (w.at.center().y - y).abs() < 6.0 && w.at.left() > x)
+            .map(|w| (w.text.clone(), w.at.center()))
+            .collect();
+        beside.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
+        beside
+    };
+    let press = |desk: &mut Desk, style: &str, button: &str| {
+        let beside = row(desk, style);
+        let found = beside.iter().find(|(text, _)| text == button);
+        desk.click(found.expect("a button").1);
+    };
+    let (steady, candle) = ("0 steady", "3 candle");
+    // Each button that is pressed, the brightness of each style that is set then, and which halves are lit.
+    type Case<'a> = (&'a str, &'a str, &'a [(u16, f64)], [bool; 2]);
+    let cases: [Case; 8] = [
+        (steady, "M", &[(0, 0.0)], [false, true]),
+        (steady, "M", &[], [true, true]),
+        (candle, "M", &[(3, 0.0)], [true, false]),
+        (candle, "M", &[], [true, true]),
+        (steady, "S", &[(3, 0.0)], [true, false]),
+        // The other one instead.
+        (candle, "S", &[(0, 0.0)], [false, true]),
+        (candle, "S", &[], [true, true]),
+        (steady, "M", &[(0, 0.0)], [false, true]),
+    ];
+    for (style, button, expected, lit) in cases {
+        press(&mut desk, style, button);
+        let set = &desk.app.args.picture.scene.styles;
+        assert_eq!(set, expected, "{button} of {style}");
+        let (app, picture, both) = halves(desk.app);
+        desk.app = app;
+        for (i, usual) in [left, right].into_iter().enumerate() {
+            let fits = if lit[i] {
+                near(both[i], usual)
+            } else {
+                both[i] == 0.0
+            };
+            assert!(fits, "{button} of {style}: {both:?} of {left}, {right}");
+        }
+        assert_eq!(picture == usual, expected.is_empty(), "{button} of {style}");
+    }
+
+    // Half way of what is left of the slider: the one is dimmed, the other stays dark.
+    let beside = row(&mut desk, candle);
+    let (text, number) = &beside[0];
+    assert_eq!(text, "1.03", "as the level has it");
+    desk.click(*number - Vec2::new(90.0, 0.0));
+    let set = desk.app.args.picture.scene.styles.clone();
+    let [(0, 0.0), (3, brightness)] = set[..] else {
+        panic!("{set:?}");
+    };
+    assert!(
+        brightness > 0.05 && (brightness - 1.03).abs() > 0.2,
+        "{brightness}"
+    );
+    // Letter m of a to z, of which z is 264: 1 is 256.
+    let normal = 12.0 * 22.0 / 256.0;
+    let (app, _, both) = halves(desk.app);
+    let expected = right * brightness / normal;
+    assert!(
+        both[0] == 0.0 && near(both[1], expected),
+        "{both:?}, not {expected}"
+    );
+
+    // What is saved says so.
+    let mut session = Session::new(app, SIZE, 1.0).expect("a screen");
+    session.app.folder = folder.join("pictures");
+    std::fs::create_dir_all(&session.app.folder).expect("a folder");
+    let pictures = session.app.folder.clone();
+    session.app.panels.hidden = true;
+    session.until(LIMIT, App::is_done).expect("a picture");
+    session.tap(egui::Key::P).expect("frames");
+    let is_saved = |app: &App| app.saved.is_some();
+    session.until(LIMIT, is_saved).expect("files");
+    let command = session.app.saved.as_ref().expect("files").command.clone();
+    for (style, brightness) in set {
+        let option = format!("--light-style '{style}={brightness}'");
+        let plain = option.replace('\'', "");
+        assert!(
+            command.contains(&option) || command.contains(&plain),
+            "{command}"
+        );
+    }
+    assert_eq!(session.app.gpu.validation_messages(), [""; 0]);
+    drop(session);
+    let made = files(&pictures);
+    for (file, _) in &made {
+        std::fs::remove_file(pictures.join(file)).expect("a file to remove");
+    }
+    let mut again = words_of(&command);
+    again.push("--quiet".into());
+    let cli = Cli::try_parse_from(&again).unwrap_or_else(|e| panic!("{command}: {e}"));
+    runelight::cmd::run(&cli, Instant::now()).expect("a picture");
+    assert!(made.len() == 2 && files(&pictures) == made, "{command}");
+    std::fs::remove_dir_all(&folder).expect("a folder to remove");
 }

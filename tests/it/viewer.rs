@@ -65,7 +65,7 @@ pub(crate) fn assert_silent(session: &Session) {
     assert!(said.is_empty(), "{said:?}");
 }
 
-fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder).expect("a folder").flatten();
     let mut all: Vec<_> = entries
         .map(|e| {
@@ -390,7 +390,7 @@ fn plays_a_demo(session: &mut Session) {
 }
 
 /// Words of a command in which only what stands in quotes has blanks.
-fn words(command: &str) -> Vec<String> {
+pub(crate) fn words(command: &str) -> Vec<String> {
     let (mut words, mut inside) = (vec![String::new()], false);
     for c in command.chars() {
         match c {
