@@ -114,8 +114,6 @@ pub struct PathTracer {
     /// Tracing time of one sample per pixel, of the submission that was timed last.
     sample_ms: f64,
     trace_ms: f64,
-    /// As `trace_ms`, of all pictures.
-    spent_ms: f64,
     /// GPU times since they were asked for.
     timings: Vec<Timing>,
     upload_timings: Vec<Timing>,
@@ -150,7 +148,6 @@ impl PathTracer {
             running: None,
             sample_ms: 0.0,
             trace_ms: 0.0,
-            spent_ms: 0.0,
             timings: Vec::new(),
             upload_timings,
             tonemap: OnceLock::new(),
@@ -189,6 +186,13 @@ impl PathTracer {
     pub fn take_timings(&mut self) -> Result<Vec<Timing>, Error> {
         self.wait()?;
         Ok(std::mem::take(&mut self.timings))
+    }
+
+    /// GPU times of all parts of the work that was waited for since this or [`Self::take_timings`] was called last, in
+    /// order: waits for nothing.
+    #[must_use]
+    pub fn settled_timings(&mut self) -> Vec<Timing> {
+        std::mem::take(&mut self.timings)
     }
 
     /// Bytes of device memory that are allocated, of all that was opened with this device.
@@ -269,12 +273,6 @@ impl PathTracer {
         self.sample_ms
     }
 
-    /// GPU time of all tracing so far that was waited for, whatever picture it was for, in milliseconds.
-    #[must_use]
-    pub fn spent_ms(&self) -> f64 {
-        self.spent_ms
-    }
-
     /// Waits for the device; then the rays of the film so far. Costs less than the film itself.
     ///
     /// # Errors
@@ -338,7 +336,6 @@ impl PathTracer {
             .map(|t| t.milliseconds)
             .sum();
         self.trace_ms += traced;
-        self.spent_ms += traced;
         if samples > 0.0 {
             self.sample_ms = traced / samples;
         }

@@ -356,12 +356,12 @@ impl App {
         }
         self.textures.free(screen, &full.textures_delta);
         let shown = shown?;
-        (self.statistics).frame(input.seconds, panels_ms, screen.timings());
-        if let Some(stage) = &self.stage {
-            let tracer = &stage.tracer;
-            self.statistics
-                .device(tracer.spent_ms(), tracer.sample_ms());
+        let mut traced = Vec::new();
+        if let Some(stage) = &mut self.stage {
+            traced = stage.tracer.settled_timings();
+            self.statistics.sampled(stage.tracer.sample_ms());
         }
+        (self.statistics).frame(input.seconds, panels_ms, &traced, screen.timings());
         self.notices.pass(input.seconds);
         let root = egui::ViewportId::ROOT;
         let asked =

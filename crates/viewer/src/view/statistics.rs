@@ -9,17 +9,30 @@ const FRAMES: usize = 120;
 /// Rays are counted this often.
 const RAYS_EVERY: Duration = Duration::from_millis(700);
 
+/// Passes of most frames: known from the start, they have the same numbers in every window.
+const USUAL: [&str; 3] = ["path trace", "tone map", "overlay"];
+
 /// What a frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Taken {
     /// Seconds since the one before.
     pub seconds: f32,
     /// The processor's milliseconds for panels.
     pub panels_ms: f32,
-    /// The device's milliseconds for samples that were done since the frame before.
-    pub trace_ms: f32,
-    /// The device's milliseconds to show them: tone curve and all that is drawn.
-    pub display_ms: f32,
+    /// The device's milliseconds for passes that were done since the frame before, by their numbers; those that are not
+    /// there took none.
+    pub passes: Vec<f32>,
+}
+
+/// A part of the device's work.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pass {
+    /// What the renderer calls it.
+    pub name: &'static str,
+    /// Where it is in [`Taken::passes`]: the same as long as the window is open.
+    pub number: usize,
+    /// Mean of the last frames, in milliseconds.
+    pub mean_ms: f32,
 }
 
 /// Measures.
@@ -27,8 +40,8 @@ pub struct Taken {
 pub struct Statistics {
     /// The last frames.
     frames: VecDeque<Taken>,
-    /// What the renderer has spent in all.
-    spent_ms: f64,
+    /// Names of passes by their numbers.
+    known: Vec<&'static str>,
     /// One sample of all pixels.
     sample_ms: f64,
     /// GPU times of the frame before.
@@ -46,7 +59,7 @@ impl Default for Statistics {
         let now = Instant::now();
         Self {
             frames: VecDeque::new(),
-            spent_ms: 0.0,
+            known: USUAL.to_vec(),
             sample_ms: 0.0,
             display: Vec::new(),
             begun: now,
@@ -66,36 +79,48 @@ impl Statistics {
     }
 
     /// A frame took so many seconds, the processor so many milliseconds for its panels, and the device so
-    /// long for its parts besides tracing.
-    pub fn frame(&mut self, seconds: f32, panels_ms: f64, display: &[Timing]) {
+    /// long for what it traced since the frame before, and to show it.
+    pub fn frame(&mut self, seconds: f32, panels_ms: f64, traced: &[Timing], display: &[Timing]) {
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
+        }
+        let mut passes = vec![0.0; self.known.len()];
+        for timing in traced.iter().chain(display) {
+            let is_it = |name: &&str| *name == timing.name;
+            let number = self.known.iter().position(is_it).unwrap_or_else(|| {
+                self.known.push(timing.name);
+                passes.push(0.0);
+                passes.len() - 1
+            });
+            passes[number] += timing.milliseconds as f32;
         }
         self.frames.push_back(Taken {
             seconds,
             panels_ms: panels_ms as f32,
-            ..Taken::default()
+            passes,
         });
         self.display = display.to_vec();
-        let display_ms = self.display_ms() as f32;
-        if let Some(last) = self.frames.back_mut() {
-            last.display_ms = display_ms;
-        }
     }
 
-    /// The renderer has spent so many milliseconds of the device in all, and a sample of all pixels took it
-    /// so many: belongs to the last frame.
-    pub fn device(&mut self, spent_ms: f64, sample_ms: f64) {
-        // Another renderer begins at 0.
-        let before = if spent_ms < self.spent_ms {
-            0.0
-        } else {
-            self.spent_ms
+    /// The passes of the last frames, by their numbers.
+    #[must_use]
+    pub fn passes(&self) -> Vec<Pass> {
+        let count = self.frames.len().max(1) as f32;
+        let spent = |number: usize| -> f32 {
+            let of = |frame: &Taken| frame.passes.get(number).copied();
+            self.frames.iter().filter_map(of).sum()
         };
-        if let Some(last) = self.frames.back_mut() {
-            last.trace_ms = (spent_ms - before) as f32;
-        }
-        (self.spent_ms, self.sample_ms) = (spent_ms, sample_ms);
+        let passes = self.known.iter().enumerate().map(|(number, name)| Pass {
+            name,
+            number,
+            mean_ms: spent(number) / count,
+        });
+        passes.filter(|pass| pass.mean_ms > 0.0).collect()
+    }
+
+    /// A sample of all pixels took the device so many milliseconds.
+    pub fn sampled(&mut self, ms: f64) {
+        self.sample_ms = ms;
     }
 
     /// The picture has so many samples per pixel.
@@ -181,25 +206,43 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_has_its_own_share_of_the_device() {
+    fn a_frame_has_its_own_share_of_every_pass() {
         let mut statistics = Statistics::default();
-        let display = [Timing {
-            name: "overlay",
-            milliseconds: 0.5,
-        }];
-        let mut frame = |spent| {
-            statistics.frame(0.1, 2.0, &display);
-            statistics.device(spent, 7.0);
-            *statistics.frames().back().unwrap()
+        let timing = |name, milliseconds| Timing { name, milliseconds };
+        let mut frame = |traced: &[Timing], display: &[Timing]| {
+            statistics.frame(0.1, 2.0, traced, display);
+            let last = statistics.frames().back().unwrap().clone();
+            assert_eq!((last.seconds, last.panels_ms), (0.1, 2.0));
+            last.passes
         };
-        assert_eq!(frame(10.0).trace_ms, 10.0);
-        assert_eq!(frame(14.0).trace_ms, 4.0);
-        // Another renderer.
-        let third = frame(3.0);
-        assert_eq!(
-            (third.trace_ms, third.display_ms, third.panels_ms),
-            (3.0, 0.5, 2.0)
-        );
+        // Two slices of a picture, and nothing shown yet.
+        let slices = [timing("path trace", 1.5), timing("path trace", 2.5)];
+        assert_eq!(frame(&slices, &[]), [4.0, 0.0, 0.0]);
+        // One that nobody has named before is told apart, and keeps its number.
+        let moves = [timing("pose", 1.0), timing("path trace", 3.0)];
+        let shows = [timing("tone map", 0.25), timing("overlay", 0.5)];
+        assert_eq!(frame(&moves, &shows), [3.0, 0.25, 0.5, 1.0]);
+        let other = [timing("sharpen", 8.0), timing("overlay", 0.5)];
+        assert_eq!(frame(&[], &other), [0.0, 0.0, 0.5, 0.0, 8.0]);
+        assert_eq!(frame(&moves[..1], &[]), [0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert_eq!(statistics.display_ms(), 0.0);
+        let told: Vec<_> = (statistics.passes().iter())
+            .map(|p| (p.name, p.number, p.mean_ms))
+            .collect();
+        let expected = [
+            ("path trace", 0, 1.75),
+            ("tone map", 1, 0.0625),
+            ("overlay", 2, 0.25),
+            ("pose", 3, 0.5),
+            ("sharpen", 4, 2.0),
+        ];
+        assert_eq!(told, expected);
         assert_eq!(statistics.frame_ms(), [100.0, 100.0]);
+        // What was long ago is not told.
+        for _ in 0..FRAMES {
+            statistics.frame(0.1, 2.0, &moves[1..], &[]);
+        }
+        let names: Vec<_> = statistics.passes().iter().map(|p| p.name).collect();
+        assert_eq!(names, ["path trace"]);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::view::convergence::Point;
+use crate::view::statistics::{Pass, Taken};
 use egui::{Color32, Grid, Sense, Stroke, Ui, vec2};
 
 /// The graph's height stands for so many milliseconds at least.
@@ -27,16 +28,6 @@ pub(super) fn show(app: &App, ui: &mut Ui) {
             "mean and longest of the last frames",
             format!("{mean:.1} ms, at most {longest:.1} ms ({per_second:.0} a second)"),
         );
-        let panels = statistics.panels_ms();
-        line(
-            "panels",
-            "the processor's, in a frame",
-            format!("{panels:.2} ms"),
-        );
-        for timing in statistics.display() {
-            let text = format!("{:.2} ms", timing.milliseconds);
-            line(timing.name, "on the device, in a frame", text);
-        }
         if let Some(stage) = &app.stage {
             let sample = stage.tracer.sample_ms();
             line(
@@ -236,24 +227,27 @@ fn resident_bytes() -> Option<u64> {
     Some(kib << 10)
 }
 
-/// The last frames as bars: what the device traced, below what it took to show that, then the processor's
-/// panels, and the rest of the time from one frame to the next.
+/// The last frames as bars: what the device did, by passes, then the processor's panels, and the rest of the time from one
+/// frame to the next.
 fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
-    let (rect, _) = ui.allocate_exact_size(vec2(300.0, 48.0), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(300.0, 48.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, Color32::from_gray(40));
-    let frames = app.statistics.frames();
+    let (frames, passes) = (app.statistics.frames(), app.statistics.passes());
     let step = rect.width() / 120.0;
+    let mut pointed = None;
     for (i, frame) in frames.iter().rev().enumerate() {
         let x = rect.right() - (i as f32 + 0.5) * step;
-        let all = frame.seconds * 1000.0;
+        if (response.hover_pos()).is_some_and(|at| (at.x - x).abs() <= step / 2.0) {
+            pointed = Some(frame);
+        }
         // Device and processor work at the same time: together they may be longer than the frame.
-        let traced = frame.trace_ms;
-        let shown = traced + frame.display_ms;
-        let parts = [traced, shown, shown + frame.panels_ms, f32::INFINITY];
-        let mut bottom = rect.bottom();
-        for (below, (color, _)) in parts.into_iter().zip(PARTS) {
-            let below = below.min(all);
+        let all = frame.seconds * 1000.0;
+        let device = (passes.iter()).map(|pass| (color(pass.number), ms_of(frame, pass)));
+        let rest = [(PANELS.0, frame.panels_ms), (REST.0, f32::INFINITY)];
+        let (mut bottom, mut below) = (rect.bottom(), 0.0);
+        for (color, ms) in device.chain(rest) {
+            below = (below + ms).min(all);
             let top = rect.bottom() - (below / most_ms).min(1.0) * rect.height();
             if top < bottom {
                 let line = [egui::pos2(x, bottom), egui::pos2(x, top)];
@@ -269,20 +263,72 @@ fn graph(app: &App, ui: &mut Ui, most_ms: f32) {
     let behind = egui::Rect::from_min_size(at, text.size()).expand(2.0);
     painter.rect_filled(behind, 2.0, Color32::from_black_alpha(180));
     painter.galley(at, text, Color32::WHITE);
-    ui.horizontal(|ui| {
-        for (color, name) in PARTS {
-            // Words in these colours could not be read on light panels.
-            let (rect, _) = ui.allocate_exact_size(vec2(9.0, 9.0), Sense::hover());
-            ui.painter().rect_filled(rect, 2.0, color);
-            ui.label(name);
+    if let Some(frame) = pointed {
+        let device = (passes.iter()).map(|pass| (pass.name, ms_of(frame, pass)));
+        let lines = device.chain([
+            (PANELS.1, frame.panels_ms),
+            ("frame", frame.seconds * 1000.0),
+        ]);
+        let lines: Vec<_> = lines.map(|(n, ms)| format!("{n} {ms:.2} ms")).collect();
+        response.on_hover_text_at_pointer(lines.join("\n"));
+    }
+    legend(app, ui, &passes);
+}
+
+/// Which colour is what, and how long that took.
+fn legend(app: &App, ui: &mut Ui, passes: &[Pass]) {
+    const DEVICE: &str = "on the device, mean of the last frames";
+    let ms = |ms: f64| format!("{ms:.2} ms");
+    let device = passes.iter().map(|pass| {
+        let part = (color(pass.number), pass.name);
+        (part, DEVICE, ms(pass.mean_ms.into()))
+    });
+    let host = [
+        (
+            PANELS,
+            "the processor's, in a frame",
+            ms(app.statistics.panels_ms()),
+        ),
+        (REST, "until the next frame", String::new()),
+    ];
+    let parts: Vec<_> = device.chain(host).collect();
+    Grid::new("parts of frames").num_columns(4).show(ui, |ui| {
+        for row in parts.chunks(2) {
+            for ((color, name), hint, time) in row {
+                ui.horizontal(|ui| {
+                    // Words in these colours could not be read on light panels.
+                    let (rect, _) = ui.allocate_exact_size(vec2(9.0, 9.0), Sense::hover());
+                    ui.painter().rect_filled(rect, 2.0, *color);
+                    ui.label(*name).on_hover_text(*hint);
+                });
+                ui.label(time);
+            }
+            ui.end_row();
         }
     });
 }
 
-/// Parts of a frame: colour and name.
-const PARTS: [(Color32, &str); 4] = [
-    (Color32::from_rgb(110, 190, 110), "tracing"),
-    (Color32::from_rgb(90, 150, 230), "showing"),
-    (Color32::from_rgb(230, 190, 80), "panels"),
-    (Color32::from_rgb(140, 140, 140), "rest"),
-];
+fn ms_of(frame: &Taken, pass: &Pass) -> f32 {
+    frame.passes.get(pass.number).copied().unwrap_or(0.0)
+}
+
+/// The parts of a frame that are no passes: colour and name.
+const PANELS: (Color32, &str) = (Color32::from_rgb(230, 190, 80), "panels");
+const REST: (Color32, &str) = (Color32::from_rgb(140, 140, 140), "rest");
+
+/// The colour of a pass: neighbours are told apart by hue on the dark graph, and beside words on light panels.
+fn color(number: usize) -> Color32 {
+    const COLORS: [[u8; 3]; 9] = [
+        [110, 190, 110],
+        [90, 150, 230],
+        [80, 205, 215],
+        [225, 105, 80],
+        [175, 120, 225],
+        [235, 140, 190],
+        [185, 200, 70],
+        [50, 150, 130],
+        [180, 130, 90],
+    ];
+    let [r, g, b] = COLORS[number % COLORS.len()];
+    Color32::from_rgb(r, g, b)
+}
