@@ -466,6 +466,59 @@ fn a_picture_is_restored_and_a_path_is_flown() {
     assert_silent(&session);
 }
 
+/// A picture that is taken on a flight, of a level or of a demo that plays, is of one place on it: its command makes it
+/// again.
+#[test]
+fn a_picture_of_a_flight_is_made_again_by_its_command() {
+    let folder = std::env::temp_dir().join(format!("runelight-flight-{}", std::process::id()));
+    for level in [&[][..], &[SAMPLE_DEMO]] {
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let args = ["--spp", "2", "--depth", "2", "--no-entities"];
+        let args: Vec<&str> = args.iter().chain(level).copied().collect();
+        let mut session = session(&args);
+        session.app.folder.clone_from(&folder);
+        // Finished with the frame that asks for it: so it is taken while the eye moves.
+        session.app.panels.budget_ms = 1e5;
+        if let Some(player) = &mut session.app.player {
+            player.follows = false;
+        }
+        // The second key is of another lens and looks elsewhere.
+        for (time, fov, aperture) in [(0.0, 70.0, 0.5), (4.0, 100.0, 2.0)] {
+            let view = &mut session.app.args.picture.view;
+            (view.fov, view.aperture) = (Some(fov), Some(aperture));
+            view.focus = Some(100.0 + fov);
+            session.app.go_to_camera(if time == 0.0 { 0 } else { 1 });
+            session.frame().expect("a frame");
+            session.app.put_key(time);
+        }
+        session.app.fly_path(true);
+        if let Some(player) = &mut session.app.player {
+            player.seek(0.0);
+            player.plays = true;
+        }
+        session.frames(40).expect("frames");
+        session.tap(Key::P).expect("frames");
+        let is_saved = |app: &App| app.saved.is_some();
+        session.until(LIMIT, is_saved).expect("files");
+        assert!(session.app.flight_path.flies, "it is taken on the way");
+        let saved = session.app.saved.clone().expect("files");
+        assert_silent(&session);
+        drop(session);
+        let made = files(&folder);
+        assert_eq!(made.len(), 2, "an EXR and a PNG");
+        std::fs::remove_dir_all(&folder).expect("a folder to remove");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let mut words = words(&saved.command);
+        words.push("--quiet".into());
+        let cli = Cli::try_parse_from(&words).unwrap_or_else(|e| panic!("{}: {e}", saved.command));
+        runelight::cmd::run(&cli, Instant::now()).expect("a picture");
+        for ((name, a), (other, b)) in made.iter().zip(&files(&folder)) {
+            assert!(name == other && a == b, "{name} differs: {}", saved.command);
+        }
+        std::fs::remove_dir_all(&folder).expect("a folder to remove");
+    }
+}
+
 /// The picture is done where it is good enough, or after its time.
 #[test]
 fn a_picture_is_done_when_that_is_asked_for() {

@@ -111,6 +111,13 @@ impl ViewArgs {
             _ => Ok(None),
         }
     }
+
+    /// Has the field of view and the lens of a camera.
+    pub(crate) fn take_lens(&mut self, camera: &Camera) {
+        self.fov = Some(camera.fov_deg.into());
+        self.aperture = camera.lens.map(|l| l.radius.into());
+        self.focus = camera.lens.map(|l| l.focus.into());
+    }
 }
 
 /// The text of a file that people write.

@@ -151,6 +151,8 @@ pub struct App {
     full_screen: bool,
     /// What the tracer is told, and the same at full size.
     told: Option<[Settings; 2]>,
+    /// The device was too busy to be told what this frame is of.
+    is_behind: bool,
     still_for: f32,
     coarseness: u32,
     is_saving: bool,
@@ -242,6 +244,7 @@ impl App {
             holds_mouse: false,
             full_screen: false,
             told: None,
+            is_behind: false,
             still_for: 0.0,
             coarseness: super::pace::COARSEST,
             is_saving: false,

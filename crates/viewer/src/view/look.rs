@@ -166,9 +166,7 @@ pub fn noted_command(args: &Render, global: &Global, settings: &Settings, sample
     let [x, y, z] = c.position.to_array();
     let pose = [x, y, z, c.pitch_deg, c.yaw_deg, c.roll_deg];
     (picture.view.camera, picture.view.camera_path) = (Some(CameraChoice::Pose(pose)), None);
-    picture.view.fov = Some(c.fov_deg.into());
-    picture.view.aperture = c.lens.map(|l| l.radius.into());
-    picture.view.focus = c.lens.map(|l| l.focus.into());
+    picture.view.take_lens(c);
     let mut line = Line::default();
     line.word("runelight");
     line.word("render");

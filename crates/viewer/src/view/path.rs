@@ -202,10 +202,7 @@ impl App {
         }
         let camera = path.at(flight.time);
         self.eye = Eye::of(&camera);
-        let view = &mut self.args.picture.view;
-        view.fov = Some(camera.fov_deg.into());
-        view.aperture = camera.lens.map(|l| l.radius.into());
-        view.focus = camera.lens.map(|l| l.focus.into());
+        self.args.picture.view.take_lens(&camera);
     }
 }
 

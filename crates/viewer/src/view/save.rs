@@ -131,6 +131,9 @@ pub fn save(mut picture: Picture) -> Result<Saved> {
         options.view.size = (film.width, film.height);
         options.view.camera_path = None;
         options.view.camera = has_camera.then_some(CameraChoice::Pose(pose));
+        if has_camera {
+            options.view.take_lens(c);
+        }
         options.adaptive = false;
         (options.time_limit, options.target_error) = (None, None);
         options.notes(&picture.scene, settings, device, film)

@@ -15,7 +15,8 @@ impl App {
     /// Writes the picture, if that was asked for and it is at a whole sample.
     pub(super) fn write(&mut self, ctx: &egui::Context) -> Result<()> {
         let ready = self.is_still() && self.pace.is_even() && self.pace.samples() > 0;
-        let ready = ready && !self.needs_turning();
+        // Options and moment are those of this frame: a picture of one before is of others.
+        let ready = ready && !self.needs_turning() && !self.is_behind;
         if !self.is_saving || !ready || self.writing.is_some() || self.loading.is_some() {
             return Ok(());
         }

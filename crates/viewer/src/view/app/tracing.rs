@@ -66,6 +66,7 @@ impl App {
 
     /// Traces what fits into this frame of a window of `size` pixels. Whether the film has changed.
     pub(super) fn trace(&mut self, size: [u32; 2], seconds: f32) -> Result<bool> {
+        self.is_behind = true;
         self.go_along();
         let mut args = self.args.clone();
         args.picture.view.camera = Some(CameraChoice::Pose(self.eye.pose()));
@@ -143,11 +144,13 @@ impl App {
             self.convergence.restart();
         } else if busy {
             self.told = Some([now, full]);
+            self.is_behind = false;
             return Ok(false);
         }
         let size = [now.width, now.height];
         let is_whole = now == full;
         self.told = Some([now, full]);
+        self.is_behind = false;
         // Coarse pictures have one sample; while the eye moves it must be there with the frame.
         let goal = if is_whole { self.look_at_error()? } else { 1 };
         self.meter()?;
