@@ -2,7 +2,7 @@
 //! by name.
 //!
 //! `cargo bench -p runelight-tests --bench window -- [--device TEXT] [--basedir DIR] [--level LEVEL]...
-//! [--size WxH] [--depth N] [--frames N]` prints a Markdown table: one sample per pixel and frame, while the
+//! [--size WxH] [--depth N] [--denoise NAME] [--frames N]` prints a Markdown table: one sample per pixel and frame, while the
 //! eye rests and while it turns, without panels and with those of the picture and of the statistics. Times of
 //! passes are the device's, the median and the 99th of a hundred; `panels` is the processor's for laying
 //! them out; a frame is from one to the next, as fast as they go. Of a level that is a demo (`.dem`) it says how
@@ -37,6 +37,9 @@ struct Args {
     /// Path vertices after the camera.
     #[arg(long, default_value = "3")]
     depth: String,
+    /// What becomes of noise, as `runelight render` has it.
+    #[arg(long, default_value = "none")]
+    denoise: String,
     /// Frames of each case.
     #[arg(long, default_value_t = 300)]
     frames: u32,
@@ -72,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (i, level) in levels.enumerate() {
         let mut words: Vec<&str> = vec!["runelight", "view", "--device", &args.device];
         words.extend(["--depth", &args.depth, "--spp", "1000000"]);
-        words.extend(["--layers", "beauty"]);
+        words.extend(["--layers", "beauty", "--denoise", &args.denoise]);
         if let Some(dir) = &args.basedir {
             words.extend(["--basedir", dir]);
         }
@@ -90,10 +93,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 args.depth, args.frames
             );
             println!(
-                "| level | eye | panels | path trace | tone map | overlay | panels, processor | frame | \
-                 samples/s |"
+                "| level | eye | panels | path trace | denoise | tone map | overlay | panels, processor | \
+                 frame | samples/s |"
             );
-            println!("|---|---|---|---|---|---|---|---|---|");
+            println!("|---|---|---|---|---|---|---|---|---|---|");
         }
         let app = App::new(opened, cli.global, view.render);
         let mut session = Session::new(app, args.size, 1.0)?;
@@ -124,7 +127,7 @@ fn row(session: &mut Session, frames: u32, [turns, open]: [bool; 2]) -> Result<(
     session.until(LIMIT, |app| app.samples() > 2)?;
     session.frames(3)?;
     let [mut frame, mut host, mut trace] = [const { Times(Vec::new()) }; 3];
-    let mut passes = [const { Times(Vec::new()) }; 2];
+    let mut passes = [const { Times(Vec::new()) }; 3];
     let (start, mut last) = (Instant::now(), Instant::now());
     let mut samples = 0;
     for _ in 0..frames {
@@ -147,7 +150,8 @@ fn row(session: &mut Session, frames: u32, [turns, open]: [bool; 2]) -> Result<(
             trace.0.push(session.app.statistics.sample_ms());
         }
         host.0.push(session.app.statistics.panels_ms());
-        for (name, times) in ["tone map", "overlay"].iter().zip(&mut passes) {
+        let names = ["denoise", "tone map", "overlay"];
+        for (name, times) in names.iter().zip(&mut passes) {
             let timed = session.app.statistics.display().iter();
             times
                 .0
@@ -155,13 +159,14 @@ fn row(session: &mut Session, frames: u32, [turns, open]: [bool; 2]) -> Result<(
         }
     }
     let speed = f64::from(samples) / start.elapsed().as_secs_f64();
-    let [tone_map, overlay] = passes;
+    let [denoise, tone_map, overlay] = passes;
     println!(
-        "| {} | {} | {} | {} | {} | {} | {} | {} | {speed:.0} |",
+        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {speed:.0} |",
         session.app.title(),
         if turns { "turns" } else { "rests" },
         if open { "two" } else { "none" },
         trace.text(),
+        denoise.text(),
         tone_map.text(),
         overlay.text(),
         host.text(),

@@ -1,6 +1,6 @@
 //! The frame loop of the window, without one.
 
-use rt::{Filter, Mesh, PICTURE, PathTracer, Screen, Shown, ToneCurve, Vertex};
+use rt::{Filter, Look, Mesh, PICTURE, PathTracer, Screen, Shown, ToneCurve, Vertex};
 use runelight_tests::builder::settings;
 use runelight_tests::devices::gpu;
 use runelight_tests::levels;
@@ -23,6 +23,11 @@ fn rectangle([left, top, right, bottom]: [f32; 4], color: [u8; 4]) -> [Vertex; 4
 }
 const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
 const WHITE: [u8; 4] = [255; 4];
+const PLAIN: Look = Look {
+    curve: ToneCurve::Agx,
+    ev: 1.0,
+    denoise: false,
+};
 
 #[test]
 fn the_screen_shows_the_film_and_what_lies_over_it() {
@@ -52,17 +57,16 @@ fn the_screen_shows_the_film_and_what_lies_over_it() {
         // A texture that nobody gave.
         mesh(8, everywhere, &whole[..]),
     ];
-    let curve = ToneCurve::Agx;
     // More frames than may be under way, each of another film.
     let mut shown = Vec::new();
     for _ in 0..5 {
         tracer.accumulate(1).expect("samples");
-        let film = Some((&tracer, curve, 1.0));
+        let film = Some((&tracer, PLAIN));
         let drawn = screen.draw(film, Filter::Linear, &meshes, 2.0);
         assert_eq!(drawn.expect("a frame"), Shown::Yes);
         let (size, pixels) = screen.read().expect("a device").expect("a picture");
         assert_eq!(size, [width, height]);
-        let codes = tracer.display(curve, 1.0).expect("codes");
+        let codes = tracer.display(PLAIN.curve, PLAIN.ev).expect("codes");
         let at = |p: &[[u8; 4]], x: u32, y: u32| p[(y * width + x) as usize];
         for y in 0..height {
             for x in 0..width {
@@ -90,7 +94,10 @@ fn the_screen_shows_the_film_and_what_lies_over_it() {
     let drawn = screen.draw(None, Filter::Nearest, &meshes[..1], 4.0);
     assert_eq!(drawn.expect("a frame"), Shown::Yes);
     let (_, pixels) = screen.read().expect("a device").expect("a picture");
-    assert_eq!(pixels[0], tracer.display(curve, 1.0).expect("codes")[0]);
+    assert_eq!(
+        pixels[0],
+        tracer.display(PLAIN.curve, PLAIN.ev).expect("codes")[0]
+    );
     drop((screen, tracer));
     assert_eq!(gpu().validation_messages(), [""; 0]);
 }

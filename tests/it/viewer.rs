@@ -4,6 +4,7 @@ use clap::Parser as _;
 use egui::{Key, Pos2};
 use mapc::demo::{Client, DemoWriter, Dialect, Entity};
 use runelight::cli::{Cli, Command, EstimatorName, Global, LightingName, Lights, Render};
+use runelight::denoise::Denoise;
 use runelight::device::Device;
 use runelight::job::Stopped;
 use runelight::tonemap::Tonemap;
@@ -251,6 +252,16 @@ fn one_flies_and_changes_every_setting() {
         (
             "tone curve",
             |s| s.app.args.picture.tonemap = Tonemap::Clip,
+            false,
+        ),
+        (
+            "denoiser",
+            |s| s.app.args.picture.denoise = Denoise::Svgf,
+            false,
+        ),
+        (
+            "no denoiser",
+            |s| s.app.args.picture.denoise = Denoise::None,
             false,
         ),
         (

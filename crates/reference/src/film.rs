@@ -161,6 +161,7 @@ pub(crate) fn develop(
         },
         beauty,
         clamped: None,
+        denoised: Vec::new(),
         variance: pixels.par_iter().map(|p| vector(p.variance())).collect(),
         emission: layer(|l| l.emission),
         direct: layer(|l| l.direct),

@@ -79,6 +79,11 @@ impl GpuFilm {
         [self.width, self.height]
     }
 
+    /// Whether it has all its layers.
+    pub fn has_layers(&self) -> bool {
+        self.planes == abi::PLANES_ALL
+    }
+
     /// What samples are clamped to: nothing where light is summed by styles.
     pub fn clamp_of(settings: &Settings, by_styles: bool) -> Option<f32> {
         settings.clamp.filter(|_| !by_styles)
@@ -188,7 +193,7 @@ impl GpuFilm {
             }
             film.clamped = Some(clamped);
         }
-        if self.planes == abi::PLANES_ALL {
+        if self.has_layers() {
             film.emission = layer(abi::PLANE_EMISSION);
             film.direct = layer(abi::PLANE_DIRECT);
             film.indirect = layer(abi::PLANE_INDIRECT);

@@ -17,5 +17,5 @@ mod vk;
 pub use passes::overlay::{Mesh, PICTURE, Vertex};
 pub use passes::tonemap::ToneCurve;
 pub use renderer::{Gpu, PathTracer, Vulkan, Yardstick};
-pub use screen::{Pixels, Screen, Shown};
+pub use screen::{Look, Pixels, Screen, Shown};
 pub use vk::{DeviceInfo, DeviceKind, Error, Filter, Options, Pace, Timing, Window};

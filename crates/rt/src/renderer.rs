@@ -3,6 +3,7 @@
 use crate::abi;
 use crate::film::GpuFilm;
 use crate::gpu_scene::GpuScene;
+use crate::passes::denoise::{Denoise, Sight};
 use crate::passes::path_trace::{Kind, PathTrace, RayLog, Samples};
 use crate::passes::tonemap::{ToneCurve, Tonemap};
 use crate::passes::{Frame, record_frame};
@@ -12,6 +13,7 @@ use crate::vk::{
 };
 use scene::render::{Film, Renderer, Settings};
 use scene::{Frame as Moment, Scene};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// Vulkan on this machine, opened once: loading the drivers takes a tenth of a second.
@@ -107,6 +109,9 @@ pub struct PathTracer {
     settings: Settings,
     /// Whether the film is to be emptied before the next samples.
     is_stale: bool,
+    /// What the pictures have in common, and which of them the film is: see [`Sight`].
+    scene_number: u64,
+    picture_number: u64,
     /// What is shown from the next samples on.
     moment: Option<Moment>,
     /// What the device works on, with its samples per pixel: the host prepares what comes next.
@@ -144,6 +149,8 @@ impl PathTracer {
             other_path_trace: None,
             settings,
             is_stale: false,
+            scene_number: unused_number(),
+            picture_number: 0,
             moment: None,
             running: None,
             sample_ms: 0.0,
@@ -209,6 +216,7 @@ impl PathTracer {
         self.wait()?;
         self.film.clear()?;
         self.is_stale = false;
+        self.picture_number += 1;
         self.trace_ms = 0.0;
         Ok(())
     }
@@ -236,6 +244,18 @@ impl PathTracer {
             self.film = GpuFilm::new(&self.device, settings, &styles)?;
             self.is_stale = false;
         }
+        let seen_otherwise = Settings {
+            width: settings.width,
+            height: settings.height,
+            camera: settings.camera.clone(),
+            time: settings.time,
+            seed: settings.seed,
+            ..self.settings.clone()
+        };
+        if seen_otherwise != *settings {
+            self.scene_number = unused_number();
+        }
+        self.picture_number += 1;
         self.settings.clone_from(settings);
         self.trace_ms = 0.0;
         Ok(())
@@ -250,6 +270,7 @@ impl PathTracer {
         self.path_trace = PathTrace::new(&self.device, &self.scene, &self.settings, kind, None)?;
         self.other_path_trace = None;
         self.is_stale = true;
+        self.scene_number = unused_number();
         self.trace_ms = 0.0;
         Ok(())
     }
@@ -288,6 +309,16 @@ impl PathTracer {
     /// The film as display passes read it.
     pub(crate) fn gpu_film(&self) -> &GpuFilm {
         &self.film
+    }
+
+    /// The film as the filter for noise reads it.
+    pub(crate) fn sight(&self) -> Sight<'_> {
+        Sight {
+            film: &self.film,
+            camera: &self.settings.camera,
+            scene: self.scene_number,
+            picture: self.picture_number,
+        }
     }
 
     /// Samples per pixel that one submission should take. The film does not depend on how samples
@@ -374,6 +405,30 @@ impl PathTracer {
     ) -> Result<Vec<[u8; 4]>, Error> {
         Tonemap::from_other_compiler(&self.device)?.run(&self.film, curve, ev)
     }
+
+    /// The film without its noise as [`crate::Look::denoise`] shows it, with no picture before it, by the shaders as naga
+    /// and as glslang compile them: for the test that compares them with each other and the CPU. Linear RGB, rows
+    /// from the top.
+    ///
+    /// # Errors
+    /// As [`Self::display`].
+    ///
+    /// # Panics
+    /// When the film does not have its layers.
+    #[doc(hidden)]
+    pub fn denoised(&self) -> Result<[Vec<[f32; 3]>; 2], Error> {
+        assert!(self.film.has_layers(), "a film with all its layers");
+        Ok([
+            Denoise::new(&self.device)?.run(&self.sight())?,
+            Denoise::from_other_compiler(&self.device)?.run(&self.sight())?,
+        ])
+    }
+}
+
+/// A number that no scene in one light has had.
+fn unused_number() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Renderer for PathTracer {

@@ -1,5 +1,6 @@
 //! Where pictures are shown: a window, or an image of the same frame loop without one.
 
+use crate::passes::denoise::Denoise;
 use crate::passes::overlay::{Mesh, Overlay, PICTURE};
 use crate::passes::tonemap::{ToneCurve, Tonemap};
 use crate::renderer::{Gpu, PathTracer};
@@ -12,6 +13,18 @@ use std::sync::Arc;
 
 /// Size, and red, green, blue and alpha of each pixel, rows from the top.
 pub type Pixels = ([u32; 2], Vec<[u8; 4]>);
+
+/// How a film is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// From radiance to the display.
+    pub curve: ToneCurve,
+    /// Exposure in stops.
+    pub ev: f32,
+    /// Without its noise, where the film has its layers (`Settings::aovs`). A picture of few samples gets from the one
+    /// before what that knew of the same places.
+    pub denoise: bool,
+}
 
 /// What became of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +42,8 @@ pub struct Screen {
     place: Place,
     overlay: Overlay,
     tonemap: Tonemap,
+    /// While films are shown without their noise.
+    denoise: Option<Denoise>,
     /// The traced picture: its display codes as a buffer and as a texture.
     picture: Option<(Arc<Buffer>, Arc<Image>)>,
     /// New textures with their texels, which the next frame uploads.
@@ -84,6 +99,7 @@ impl Screen {
             place,
             overlay: Overlay::new(&device, format)?,
             tonemap: Tonemap::new(&device)?,
+            denoise: None,
             picture: None,
             uploads: Vec::new(),
             under_way: VecDeque::new(),
@@ -183,14 +199,13 @@ impl Screen {
     }
 
     /// Shows a frame: `meshes` on black, in order, `scale` pixels to a point. With `film` the texture
-    /// [`PICTURE`] is the path tracer's film from now on, tone mapped at an exposure of so many stops;
-    /// without it that texture stays as it was.
+    /// [`PICTURE`] is the path tracer's film from now on; without it that texture stays as it was.
     ///
     /// # Errors
     /// When the device fails, [`Error::SurfaceLost`] among that, or there is no memory.
     pub fn draw(
         &mut self,
-        film: Option<(&PathTracer, ToneCurve, f32)>,
+        film: Option<(&PathTracer, Look)>,
         filter: Filter,
         meshes: &[Mesh<'_>],
         scale: f32,
@@ -214,9 +229,17 @@ impl Screen {
             self.overlay.follow(&self.device, chain.format())?;
         }
         let picture = match film {
-            Some((tracer, ..)) => Some(self.picture_of(tracer, filter)?),
+            Some((tracer, _)) => Some(self.picture_of(tracer, filter)?),
             None => None,
         };
+        if let Some((tracer, look)) = film {
+            let wanted = look.denoise && tracer.gpu_film().has_layers();
+            self.denoise = match self.denoise.take().filter(|_| wanted) {
+                None if wanted => Some(Denoise::new(&self.device)?),
+                as_it_was => as_it_was,
+            };
+        }
+        let denoise = &mut self.denoise;
         let (device, overlay, tonemap) = (&self.device, &self.overlay, &self.tonemap);
         let uploads = &mut self.uploads;
         let mut record = |target: &Target| {
@@ -224,8 +247,14 @@ impl Screen {
             for (texels, image) in uploads.drain(..) {
                 recording.upload_image(&texels, 0, &image);
             }
-            if let (Some((tracer, curve, ev)), Some((codes, image))) = (film, &picture) {
-                tonemap.record(&mut recording, tracer.gpu_film(), codes, curve, ev)?;
+            if let (Some((tracer, look)), Some((codes, image))) = (film, &picture) {
+                let film = tracer.gpu_film();
+                let sums = match denoise {
+                    Some(denoise) => denoise.record(&mut recording, &tracer.sight())?,
+                    None => film.sums.clone(),
+                };
+                let how = (look.curve, look.ev);
+                tonemap.record(&mut recording, (&sums, film.size()), codes, how)?;
                 recording.upload_image(codes, 0, image);
             }
             overlay.record(&mut recording, target, meshes, scale)?;
@@ -287,7 +316,7 @@ impl Screen {
         Ok(())
     }
 
-    /// GPU times of the frame that was done last: `tone map` and `overlay`.
+    /// GPU times of the frame that was done last: `denoise`, `tone map` and `overlay`.
     #[must_use]
     pub fn timings(&self) -> &[Timing] {
         &self.timings

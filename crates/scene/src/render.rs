@@ -204,6 +204,9 @@ pub struct Film {
     pub sample_counts: Vec<u32>,
     /// Radiance; `emission + direct + indirect` up to rounding.
     pub beauty: Vec<[f32; 3]>,
+    /// The picture without its noise, for looking at: what a filter made of the other layers. Empty unless one did;
+    /// renderers have none.
+    pub denoised: Vec<[f32; 3]>,
     /// Variance of the mean radiance (sample variance divided by the number of samples).
     pub variance: Vec<[f32; 3]>,
     /// Radiance emitted towards the camera by what it sees (path vertex 1).
@@ -292,6 +295,16 @@ impl StyleLayer {
 }
 
 impl Film {
+    /// What is looked at: the picture without its noise if there is one, else the beauty.
+    #[must_use]
+    pub fn picture(&self) -> &[[f32; 3]] {
+        if self.denoised.is_empty() {
+            &self.beauty
+        } else {
+            &self.denoised
+        }
+    }
+
     /// Mean radiance of the picture, linear RGB.
     #[must_use]
     pub fn mean_radiance(&self) -> [f64; 3] {

@@ -7,6 +7,7 @@ pub mod cli;
 pub mod clip;
 pub mod cmd;
 pub mod demo;
+pub mod denoise;
 pub mod device;
 pub mod escapes;
 pub mod export;

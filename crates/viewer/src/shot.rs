@@ -2,6 +2,7 @@
 //! maker should know of it.
 
 use crate::cli::{ExrType, PictureArgs};
+use crate::denoise::Denoise;
 use crate::device::Device;
 use crate::output::{Layer, Note, Screen, Style};
 use crate::{Usage, escapes};
@@ -73,15 +74,19 @@ impl PictureArgs {
             depth: self.depth(),
             time: 0.0,
             seed: self.seed,
-            aovs: self.layers.0.iter().any(|l| l.is_aov()),
+            aovs: self.denoise != Denoise::None || self.layers.0.iter().any(|l| l.is_aov()),
             clamp: self.clamp.map(|limit| limit as f32),
         }
     }
 
     /// How the picture is encoded, with its notes.
     pub(crate) fn style(&self, notes: Vec<(&'static str, Note)>) -> Style {
+        let mut layers = self.layers.0.clone();
+        if self.denoise != Denoise::None {
+            layers.push(Layer::Denoised);
+        }
         Style {
-            layers: self.layers.0.clone(),
+            layers,
             half: self.exr_type == ExrType::Half,
             exposure: self.exposure as f32,
             tonemap: self.tonemap,
@@ -127,6 +132,7 @@ impl PictureArgs {
             ("aperture", Note::Float(c.lens.map_or(0.0, |l| l.radius))),
             ("focus", Note::Float(c.lens.map_or(0.0, |l| l.focus))),
             ("time", Note::Float(settings.time)),
+            ("denoise", text(self.denoise.name())),
             ("lighting", text(Lighting::from(self.lighting).name())),
             ("lights", text(self.scene.lights.name())),
             ("threshold", Note::Float(self.scene.threshold as f32)),

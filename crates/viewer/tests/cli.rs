@@ -96,7 +96,7 @@ fn without_a_display_the_window_says_so_and_points_at_render() {
 fn wrong_usage_is_2_and_names_the_option() {
     let dir = tempfile::tempdir().unwrap();
     for (args, sentence) in [
-        (vec!["render", "--denoise", "svgf"], "--denoise"),
+        (vec!["render", "--denoise", "oidn"], "--denoise"),
         (
             vec!["render", "--layers", "shadow"],
             "there is no layer \"shadow\"; there are beauty,",
@@ -257,6 +257,30 @@ fn the_bundled_level_renders_the_same_twice_and_compare_says_so() {
         code == 1 && err.contains("has no layer \"albedo\"; it has beauty"),
         "{err}"
     );
+}
+
+#[test]
+fn a_filtered_picture_is_nearer_the_truth_and_leaves_what_was_traced() {
+    let dir = tempfile::tempdir().unwrap();
+    for more in [
+        &["--spp", "64", "--seed", "1", "-o", "truth.exr"][..],
+        &["--spp", "2", "--layers", "albedo", "-o", "plain.exr"],
+        &["--spp", "2", "--layers", "albedo", "--denoise", "svgf"],
+    ] {
+        let (code, _, err) = run(dir.path(), &small(more));
+        assert_eq!(code, 0, "{err}");
+    }
+    let relmse = |reference: &str, picture: &str, layer: &str| {
+        let of = ["--layer", layer, "--reference-layer", "beauty", "--json"];
+        let args = [&["compare", reference, picture][..], &of].concat();
+        let (code, out, err) = run(dir.path(), &args);
+        assert_eq!(code, 0, "{err}");
+        let json: Value = serde_json::from_str(&out).unwrap();
+        json["relmse"].as_f64().unwrap()
+    };
+    assert_eq!(relmse("plain.exr", "sample.exr", "beauty"), 0.0);
+    let [traced, filtered] = ["beauty", "denoised"].map(|l| relmse("truth.exr", "sample.exr", l));
+    assert!(filtered < 0.5 * traced, "{traced} to {filtered}");
 }
 
 #[test]

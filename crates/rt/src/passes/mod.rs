@@ -1,5 +1,6 @@
 //! The passes, and the frame that is made of them.
 
+pub mod denoise;
 pub mod overlay;
 pub mod path_trace;
 pub mod pose;

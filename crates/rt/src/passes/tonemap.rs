@@ -1,4 +1,4 @@
-//! Film to display codes: `shaders/tonemap.comp`.
+//! Radiance to display codes: `shaders/tonemap.comp`.
 
 use super::spirv;
 use crate::film::GpuFilm;
@@ -51,17 +51,15 @@ impl Tonemap {
         Self::with_code(device, &spirv!("tonemap.comp.glslang"))
     }
 
-    /// Records display codes of the film at an exposure of `ev` stops into `out`: RGB and 255, rows
-    /// from the top.
+    /// Records display codes at an exposure of `ev` stops into `out`: RGB and 255, rows from the top. `sums` are of
+    /// radiance, with the number of samples: a film's first plane.
     pub fn record(
         &self,
         recording: &mut Recording,
-        film: &GpuFilm,
+        (sums, size): (&Arc<Buffer>, [u32; 2]),
         out: &Arc<Buffer>,
-        curve: ToneCurve,
-        ev: f32,
+        (curve, ev): (ToneCurve, f32),
     ) -> Result<(), Error> {
-        let size = film.size();
         let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
         let params = Params {
             width: size[0],
@@ -70,15 +68,14 @@ impl Tonemap {
             gain: ev.exp2(),
         };
         recording.span("tone map", |r| {
-            // The beauty plane is the film's first.
-            let buffers = [(&film.sums, 4 * bytes), (out, bytes)];
+            let buffers = [(sums, 4 * bytes), (out, bytes)];
             let groups = size.map(|n| n.div_ceil(8));
             self.pipeline
                 .record_dispatch(r, &buffers, bytemuck::bytes_of(&params), groups)
         })
     }
 
-    /// What [`Self::record`] makes, read back.
+    /// What [`Self::record`] makes of a film, read back.
     pub fn run(&self, film: &GpuFilm, curve: ToneCurve, ev: f32) -> Result<Vec<[u8; 4]>, Error> {
         let device = film.sums.device();
         let [width, height] = film.size();
@@ -87,7 +84,8 @@ impl Tonemap {
         let out = make(Usage::STORAGE_BUFFER, Location::Device)?;
         let host = make(Usage::empty(), Location::ReadBack)?;
         let mut recording = Recording::begin(device)?;
-        self.record(&mut recording, film, &out, curve, ev)?;
+        let sums = (&film.sums, [width, height]);
+        self.record(&mut recording, sums, &out, (curve, ev))?;
         recording.copy(&out, &host, (0, 0), bytes);
         recording.submit_and_wait()?;
         Ok(bytemuck::cast_slice(&host.read()?[..bytes as usize]).to_vec())

@@ -7,6 +7,7 @@ const COMPARE_EXAMPLES: &str = "\
 Examples:
   runelight compare truth.exr test.exr
   runelight compare truth.exr test.exr --max-relmse 0.01 --heatmap where.png
+  runelight compare truth.exr test.exr --layer denoised --reference-layer beauty
 
 With a --max option the exit code is 3 if the error is larger, or not a number.";
 
@@ -21,6 +22,9 @@ pub struct Compare {
     /// Layer to compare
     #[arg(long, value_name = "NAME", default_value = "beauty")]
     pub layer: String,
+    /// Layer of the reference, where that is another one [default: that of --layer]
+    #[arg(long, value_name = "NAME")]
+    pub reference_layer: Option<String>,
     /// Write the FLIP error of every pixel as a picture, black (0) to bright (1)
     #[arg(long, value_name = "FILE.png")]
     pub heatmap: Option<PathBuf>,

@@ -289,10 +289,6 @@ mod tests {
 
     #[test]
     fn options_of_later_features_are_not_there() {
-        assert_eq!(
-            fails(&["render", "--denoise=svgf"]).kind(),
-            ErrorKind::UnknownArgument
-        );
         assert_eq!(fails(&["edit"]).kind(), ErrorKind::InvalidSubcommand);
     }
 

@@ -3,6 +3,7 @@
 use super::shared::{
     EstimatorName, LightingName, SamplerName, SceneArgs, SelectionName, ViewArgs, number,
 };
+use crate::denoise::Denoise;
 use crate::output::Layer;
 use crate::tonemap::Tonemap;
 use clap::{Args, ValueEnum};
@@ -70,6 +71,15 @@ pub struct PictureArgs {
     )]
     #[arg(allow_negative_numbers = true, value_parser = number(-64.0, 64.0))]
     pub exposure: f64,
+    /// Filter the noise out of a PNG, and into the layer denoised of an EXR; its other layers stay what was traced.
+    /// For looking: it blurs what it takes for noise, and no error is measured on it
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "none",
+        help_heading = "Output"
+    )]
+    pub denoise: Denoise,
     /// Tone curve of a PNG
     #[arg(
         long,

@@ -295,7 +295,8 @@ impl Clip<'_> {
         let found_files: Vec<(u32, Vec<_>)> = (found.keys())
             .map(|&f| (f, targets.files(f).map(|(path, _)| path).collect()))
             .collect();
-        let writer = Writer::start(targets.open([width, height], self.steps.fps)?, told);
+        let targets = targets.open([width, height], self.steps.fps)?;
+        let writer = Writer::start(targets, self.picture().denoise, told);
         for (frame, files) in &found_files {
             told.resumed(*frame, self.steps.time(*frame), files)?;
         }

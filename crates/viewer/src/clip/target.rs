@@ -152,7 +152,7 @@ pub struct OpenTargets {
 /// What a frame took beside the renderer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
-    /// Mean and error, for what is said of it.
+    /// Mean and error, for what is said of it; and the filter for noise.
     pub measure: Duration,
     /// Tone mapping, encoding and compressing.
     pub compress: Duration,

@@ -1,7 +1,8 @@
-//! Frames are measured, encoded and written while the next ones are rendered.
+//! Frames are measured, filtered, encoded and written while the next ones are rendered.
 
 use super::report::{Record, Told};
 use super::target::{Cost, OpenTargets};
+use crate::denoise::Denoise;
 use crate::output::Style;
 use anyhow::{Result, anyhow};
 use scene::render::Film;
@@ -35,11 +36,11 @@ pub struct Writer {
 impl Writer {
     /// Starts it. `told` is given every frame that is written.
     #[must_use]
-    pub fn start(targets: OpenTargets, told: Told) -> Self {
+    pub fn start(targets: OpenTargets, denoise: Denoise, told: Told) -> Self {
         let (sender, receiver) = sync_channel(WAITING);
         Self {
             sender: Some(sender),
-            thread: std::thread::spawn(move || write(targets, &told, &receiver)),
+            thread: std::thread::spawn(move || write(targets, denoise, &told, &receiver)),
         }
     }
 
@@ -69,7 +70,12 @@ impl Writer {
     }
 }
 
-fn write(mut targets: OpenTargets, told: &Told, jobs: &Receiver<Message>) -> Result<Cost> {
+fn write(
+    mut targets: OpenTargets,
+    denoise: Denoise,
+    told: &Told,
+    jobs: &Receiver<Message>,
+) -> Result<Cost> {
     let mut total = Cost::default();
     loop {
         let job = match jobs.recv() {
@@ -82,12 +88,13 @@ fn write(mut targets: OpenTargets, told: &Told, jobs: &Receiver<Message>) -> Res
             Err(_) => return Ok(total),
         };
         let Job {
-            film,
+            mut film,
             style,
             mut record,
         } = *job;
         let begin = Instant::now();
         record.measure(&film);
+        denoise.apply(&mut film);
         let measured = begin.elapsed();
         let (outputs, cost) = targets.write(record.frame, &film, &style)?;
         let cost = Cost {

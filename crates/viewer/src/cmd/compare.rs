@@ -25,7 +25,8 @@ pub fn run(args: &Compare, context: &Context) -> Result<Outcome> {
         Some(path) => Some(PartFile::create(path)?),
         None => None,
     };
-    let reference = picture::read(&args.reference, &args.layer)?;
+    let reference_layer = args.reference_layer.as_ref().unwrap_or(&args.layer);
+    let reference = picture::read(&args.reference, reference_layer)?;
     let image = picture::read(&args.image, &args.layer)?;
     if reference.codes.is_some() != image.codes.is_some() {
         tracing::warn!(

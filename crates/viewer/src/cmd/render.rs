@@ -3,6 +3,7 @@
 use super::Context;
 use crate::adaptive::{self, Adaptive};
 use crate::cli::Render;
+use crate::denoise::Denoise;
 use crate::device::Device;
 use crate::interrupt;
 use crate::job::{self, Goal, Stopped};
@@ -61,9 +62,10 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
     let mut progress = Progress::new(!context.global.quiet, &goal, pixels);
     let stopped = job::run(&mut *renderer, &goal, &mut progress, &interrupt::asked)?;
     drop(progress);
-    let film = renderer.film()?;
+    let mut film = renderer.film()?;
     let rendered = Instant::now();
 
+    picture.denoise.apply(&mut film);
     let mut notes = picture.notes(&scene, &settings, &device, &film);
     let made = noted_command(args, &context.global, &settings, film.samples);
     notes.push((COMMAND, Note::Text(made)));
@@ -77,6 +79,7 @@ pub fn run(args: &Render, context: &Context) -> Result<Outcome> {
         film: &film,
         stopped,
         lighting: picture.lighting.into(),
+        denoise: picture.denoise,
         spp_asked: picture.spp,
         seconds: [
             loaded - context.start,
@@ -112,6 +115,7 @@ struct Report<'a> {
     film: &'a Film,
     stopped: Stopped,
     lighting: Lighting,
+    denoise: Denoise,
     spp_asked: u32,
     /// Load, build, render, write.
     seconds: [f64; 4],
@@ -156,6 +160,7 @@ impl Report<'_> {
             "selection": self.settings.selection.name(),
             "candidates": self.settings.candidates,
             "sampler": self.settings.sampler.name(),
+            "denoise": self.denoise.name(),
             "seed": self.settings.seed,
             "fog": self.scene.fog.map(|f| json!({
                 "extinction": f.extinction,

@@ -7,6 +7,8 @@ use scene::render::{Film, StyleLayer};
 pub enum Layer {
     /// Radiance.
     Beauty,
+    /// Radiance without its noise ([`crate::denoise`]). Nobody asks for it by name: it is there where a filter is.
+    Denoised,
     /// Albedo at the first hit.
     Albedo,
     /// World-space normal at the first hit, towards the camera.
@@ -51,7 +53,7 @@ pub enum Plane<'a> {
 }
 
 impl Layer {
-    /// All layers in the order of the help text.
+    /// All layers that are asked for by name, in the order of the help text.
     pub const ALL: [Self; 13] = [
         Self::Beauty,
         Self::Albedo,
@@ -73,6 +75,7 @@ impl Layer {
     pub fn name(self) -> &'static str {
         match self {
             Self::Beauty => "beauty",
+            Self::Denoised => "denoised",
             Self::Albedo => "albedo",
             Self::Normal => "normal",
             Self::Depth => "depth",
@@ -95,9 +98,12 @@ impl Layer {
     pub fn channels(self) -> Vec<String> {
         let short: &[&str] = match self {
             Self::Beauty => return ["R", "G", "B"].map(str::to_owned).to_vec(),
-            Self::Albedo | Self::Emission | Self::Direct | Self::Indirect | Self::Variance => {
-                &["R", "G", "B"]
-            }
+            Self::Denoised
+            | Self::Albedo
+            | Self::Emission
+            | Self::Direct
+            | Self::Indirect
+            | Self::Variance => &["R", "G", "B"],
             Self::Normal | Self::Position => &["X", "Y", "Z"],
             Self::Motion => &["X", "Y"],
             Self::Depth => &["Z"],
@@ -126,7 +132,7 @@ impl Layer {
     pub fn is_aov(self) -> bool {
         !matches!(
             self,
-            Self::Beauty | Self::Variance | Self::Samples | Self::Style
+            Self::Beauty | Self::Denoised | Self::Variance | Self::Samples | Self::Style
         )
     }
 
@@ -135,6 +141,7 @@ impl Layer {
     pub fn plane(self, film: &Film) -> Plane<'_> {
         match self {
             Self::Beauty => Plane::Rgb(&film.beauty),
+            Self::Denoised => Plane::Rgb(&film.denoised),
             Self::Albedo => Plane::Rgb(&film.albedo),
             Self::Normal => Plane::Rgb(&film.normal),
             Self::Depth => Plane::Float(&film.depth),

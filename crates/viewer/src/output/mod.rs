@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 pub enum Format {
     /// Scene-linear, all layers.
     Exr,
-    /// Tone-mapped, 8 bits, beauty alone.
+    /// Tone-mapped, 8 bits, the picture alone.
     Png,
 }
 

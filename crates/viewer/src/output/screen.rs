@@ -38,7 +38,7 @@ impl Screen {
     }
 }
 
-/// The display codes of the film's beauty, rows from the top.
+/// The display codes of the film's picture, rows from the top.
 #[must_use]
 pub fn codes(film: &Film, style: &Style) -> Vec<[u8; 3]> {
     let shade = |radiance: &[f32; 3]| display(*radiance, style.exposure, style.tonemap);
@@ -52,9 +52,13 @@ pub fn codes(film: &Film, style: &Style) -> Vec<[u8; 3]> {
     };
     let tinted = |c: [f32; 3]| [byte(c[0], r), byte(c[1], g), byte(c[2], b)];
     if shown == [1.0; 2] {
-        return film.beauty.par_iter().map(|p| tinted(shade(p))).collect();
+        return film
+            .picture()
+            .par_iter()
+            .map(|p| tinted(shade(p)))
+            .collect();
     }
-    let plain: Vec<[f32; 3]> = film.beauty.par_iter().map(shade).collect();
+    let plain: Vec<[f32; 3]> = film.picture().par_iter().map(shade).collect();
     let (width, height) = (film.width as usize, film.height as usize);
     let across = Weights::of(width, shown[0]);
     let down = Weights::of(height, shown[1]);

@@ -32,11 +32,12 @@ use super::titles::Titles;
 use super::walk::Walker;
 use super::watch::Watch;
 use crate::cli::{Global, Render};
+use crate::denoise::Denoise;
 use crate::device::Device;
 use crate::tonemap::Tonemap;
 use anyhow::Result;
 use egui::{Theme, Visuals};
-use rt::{Gpu, Screen, Shown, ToneCurve};
+use rt::{Gpu, Look, Screen, Shown, ToneCurve};
 use scene::playback;
 use scene::render::Settings;
 use std::path::PathBuf;
@@ -171,8 +172,8 @@ pub struct App {
     pub auto_exposure: AutoExposure,
     /// How good the picture is.
     pub convergence: Convergence,
-    /// Exposure and curve that the picture was shown with.
-    shown_as: Option<(f32, Tonemap)>,
+    /// How the picture was shown.
+    shown_as: Option<Look>,
     ctx: egui::Context,
     textures: Textures,
     /// What is looked at.
@@ -344,18 +345,23 @@ impl App {
         let primitives = ctx.tessellate(full.shapes, scale);
         let meshes = draw::meshes(&primitives);
         panels_ms += 1e3 * laid_out.elapsed().as_secs_f64();
-        let (exposure, curve) = (self.args.picture.exposure as f32, self.args.picture.tonemap);
+        let picture = &self.args.picture;
+        let look = Look {
+            curve: tone_curve(picture.tonemap),
+            ev: picture.exposure as f32,
+            denoise: picture.denoise == Denoise::Svgf,
+        };
         let has_film = self.pace.samples() > 0;
-        let is_new = traced || self.shown_as != Some((exposure, curve));
+        let is_new = traced || self.shown_as != Some(look);
         let film = (self.stage.as_ref()).filter(|_| has_film && is_new);
-        let film = film.map(|stage| (&stage.tracer, tone_curve(curve), exposure));
+        let film = film.map(|stage| (&stage.tracer, look));
         let shows_film = film.is_some();
         let shown = screen.draw(film, self.filter(), &meshes, scale);
         if !matches!(shown, Ok(Shown::Yes)) {
             // The screen may have made room for the film and nothing in it.
             self.shown_as = None;
         } else if shows_film {
-            self.shown_as = Some((exposure, curve));
+            self.shown_as = Some(look);
         }
         self.textures.free(screen, &full.textures_delta);
         let shown = shown?;

@@ -382,6 +382,7 @@ impl Line {
         });
         line.changed("--exr-type", [&picture.exr_type, &usual.exr_type], name);
         line.changed("--exposure", [&picture.exposure, &usual.exposure], number);
+        line.changed("--denoise", [&picture.denoise, &usual.denoise], name);
         line.changed("--tonemap", [&picture.tonemap, &usual.tonemap], name);
     }
 }
@@ -490,6 +491,8 @@ mod tests {
             vec![
                 "--tonemap",
                 "clip",
+                "--denoise",
+                "svgf",
                 "-o",
                 "a b.exr",
                 "-o",
@@ -592,7 +595,7 @@ mod tests {
     #[test]
     fn every_option_of_render_is_said() {
         let known = "level output layers exr_type exposure tonemap spp time_limit target_error \
-            adaptive depth estimator selection lighting candidates clamp sampler seed size camera fov \
+            adaptive denoise depth estimator selection lighting candidates clamp sampler seed size camera fov \
             aperture focus camera_path \
             at lights threshold emission_scale styles fog skyfog no_entities skill deathmatch materials \
             no_textures original_models flat_models";

@@ -111,6 +111,11 @@ impl Drop for Writing {
 /// # Errors
 /// When they can't be written.
 pub fn save(mut picture: Picture) -> Result<Saved> {
+    let denoise = match &picture.shown {
+        Shown::Level(args) => args.picture.denoise,
+        Shown::Demo(moment) => moment.args.picture.denoise,
+    };
+    denoise.apply(&mut picture.film);
     let (film, settings) = (&picture.film, &picture.settings);
     let name = file_name(&picture.scene.name);
     let free = |n: &u32| {

@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::cli::{EstimatorName, LightingName, Lights, SamplerName, SelectionName};
+use crate::denoise::Denoise;
 use crate::tonemap::Tonemap;
 use crate::view::look::{Preset, defaults};
 use clap::ValueEnum;
@@ -113,6 +114,19 @@ pub(super) fn show(app: &mut App, ui: &mut Ui) {
                     &usual.tonemap,
                     |ui, v: &mut Tonemap| {
                         choice(ui, "tonemap", v);
+                    },
+                );
+                let hint = (
+                    "Denoiser",
+                    "what becomes of noise where the picture is looked at; what is traced stays as it is",
+                );
+                row(
+                    ui,
+                    hint,
+                    &mut picture.denoise,
+                    &usual.denoise,
+                    |ui, v: &mut Denoise| {
+                        choice(ui, "denoise", v);
                     },
                 );
                 let hint = (
