@@ -127,13 +127,14 @@ fn words(shape: &ClippedShape) -> Vec<Words> {
 }
 
 /// Settings of the picture's panel.
-pub(crate) const SETTINGS: &str = "Exposure,Tone curve,Field of view,Aperture,Level time,Size,Samples,Target error,\
+pub(crate) const SETTINGS: &str = "Exposure,Tone curve,Denoiser,Field of view,Aperture,Level time,Size,Samples,Target error,\
     Time limit,Samples per frame,Frame budget,Depth,Estimator,Selection,Candidates,Sampler,Clamp,Seed,\
     Threshold,Emission,Lamps,Lighting,Fog,Sky fog";
 
 /// Those that are no numbers.
-const CHOICES: [&str; 6] = [
+const CHOICES: [&str; 7] = [
     "Tone curve",
+    "Denoiser",
     "Estimator",
     "Selection",
     "Sampler",

@@ -5,6 +5,7 @@ use crate::panels::SETTINGS;
 use crate::window::{on_a_display, options};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use runelight::cli::{EstimatorName, LightingName, Lights, SamplerName, SelectionName};
+use runelight::denoise::Denoise;
 use runelight::tonemap::Tonemap;
 use runelight::view::app::{App, Wish};
 use runelight::view::fly::Eye;
@@ -79,9 +80,10 @@ pub(crate) fn tap(which: Key, over: impl Fn(&App) -> bool + 'static) -> [Step; 2
 type Change = fn(&mut App);
 
 /// Every setting of the picture, by its name in the panel, with another value than the usual.
-const CHANGES: [(&str, Change); 24] = [
+const CHANGES: [(&str, Change); 25] = [
     ("Exposure", |a| a.args.picture.exposure = 1.0),
     ("Tone curve", |a| a.args.picture.tonemap = Tonemap::Aces),
+    ("Denoiser", |a| a.args.picture.denoise = Denoise::Svgf),
     ("Field of view", |a| a.args.picture.view.fov = Some(70.0)),
     ("Aperture", |a| {
         let view = &mut a.args.picture.view;
@@ -271,19 +273,24 @@ fn keeps_pictures(steps: &mut VecDeque<Step>, folder: &Path) {
     }
 }
 
+fn is_as_large(app: &App, size: [u32; 2]) -> bool {
+    let [width, height] = size.map(|n| n as f32);
+    (app.egui().viewport_rect().size() - egui::vec2(width, height)).length() < 2.0
+}
+
 fn changes_its_size(steps: &mut VecDeque<Step>) {
     for n in 1..=10 {
         let size = [200 + 37 * n, 400 - 23 * n];
         steps.push_back(step(
             "another size",
             move |_| vec![PilotWish::Resize(size)],
-            App::is_done,
+            // The window system takes its time, and the picture of the old size is done until then.
+            move |app| is_as_large(app, size) && app.is_done(),
         ));
     }
     steps.push_back(now("as large in points, of two pixels each", |app| {
-        let size = app.egui().viewport_rect().size();
         assert_eq!(app.egui().pixels_per_point(), 2.0);
-        assert!((size - egui::vec2(570.0, 170.0)).length() < 2.0, "{size}");
+        assert!(is_as_large(app, [570, 170]));
     }));
 }
 

@@ -280,7 +280,7 @@ fn a_filtered_picture_is_nearer_the_truth_and_leaves_what_was_traced() {
     };
     assert_eq!(relmse("plain.exr", "sample.exr", "beauty"), 0.0);
     let [traced, filtered] = ["beauty", "denoised"].map(|l| relmse("truth.exr", "sample.exr", l));
-    assert!(filtered < 0.5 * traced, "{traced} to {filtered}");
+    assert!(filtered < 0.7 * traced, "{traced} to {filtered}");
 }
 
 #[test]
