@@ -3,6 +3,7 @@
 
 use clap::Parser as _;
 use runelight::cli::{Cli, Command};
+use runelight::denoise::Denoise;
 use runelight::device::Device;
 use runelight::output::PartFile;
 use runelight::view::app::App;
@@ -67,6 +68,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         if wants(name) {
             shoot(&mut session, Path::new(&folder), name, open)?;
         }
+    }
+    if wants("denoiser") {
+        session.app.args.picture.denoise = Denoise::Svgf;
+        shoot(&mut session, Path::new(&folder), "denoiser", |p| {
+            p.render = true;
+        })?;
+        session.app.args.picture.denoise = Denoise::None;
     }
     if wanted.is_empty() {
         looking(&mut session, Path::new(&folder))?;
